@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
+use surfelshop_session::options::part::Part;
 use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments};
 
 /// The papers, and what is wrong in them.
@@ -52,6 +53,13 @@ pub struct PapersArguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 3,
           value_parser = clap::value_parser!(u32).range(1..=100))]
     pub repeats: u32,
+    /// Make one part of the figures, tables and errata, such as 3/8, and write no pages. The command without it finds
+    /// what all parts made, where their folders `work` are one, and writes the pages.
+    #[arg(long, value_name = "K/N", value_parser = Part::parse, conflicts_with = "gallery")]
+    pub part: Option<Part>,
+    /// Make what the gallery shows alone, and write its small pictures into this folder as well.
+    #[arg(long, value_name = "FOLDER")]
+    pub gallery: Option<PathBuf>,
     /// List the figures, tables and errata, and make nothing.
     #[arg(long)]
     pub list: bool,

@@ -24,6 +24,9 @@ struct OfPaper {
     names: Vec<String>,
     of: String,
     stand_in: String,
+    /// Options with which it is drawn, where a step has none of them: from where it is seen, what is up.
+    #[serde(default)]
+    view: String,
 }
 
 /// A file of this program, or a cloud that it makes.
@@ -62,6 +65,8 @@ pub(crate) enum Meaning {
 pub(crate) struct Found {
     pub(crate) meaning: Meaning,
     pub(crate) stands_in_for: Option<String>,
+    /// Options with which it is drawn.
+    pub(crate) view: String,
 }
 
 /// All that entries may name.
@@ -89,10 +94,13 @@ impl Data {
             if !folder.is_dir() {
                 bail!("{}: expected a folder of models, found none", folder.display());
             }
-            search(folder, DEEPEST, &mut files)?;
+            // From the root, so that commands can be typed in any folder.
+            let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+            search(&folder, DEEPEST, &mut files)?;
         }
         let sample = find_sample()?;
         let assets = sample.parent().unwrap_or(Path::new("")).to_owned();
+        let assets = std::path::absolute(&assets).unwrap_or(assets);
         Ok(Self { listed, files, assets, made: made.to_owned() })
     }
 
@@ -103,7 +111,7 @@ impl Data {
             return match path {
                 Some(path) => {
                     let meaning = Meaning::File { path: path.clone(), of: file.of.clone() };
-                    Ok(Found { meaning, stands_in_for: None })
+                    Ok(Found { meaning, stands_in_for: None, view: file.view.clone() })
                 }
                 None => {
                     let found = self.found(&file.stand_in)?;
@@ -129,7 +137,7 @@ impl Data {
                 Meaning::Prepared(prepared.clone())
             }
         };
-        Ok(Found { meaning, stands_in_for: None })
+        Ok(Found { meaning, stands_in_for: None, view: String::new() })
     }
 }
 

@@ -36,7 +36,7 @@ pub(crate) fn take(
     let own = folder.join(number.to_string());
     match words.first().map(String::as_str) {
         Some("compare") => comparison(outcome, &own, (number, command)),
-        Some("report") => report(outcome, &own, command),
+        Some("report") => report(outcome, &own, (words, command)),
         Some("render") => {
             for pair in words.windows(2).filter(|pair| pair[0] == "-o") {
                 let path = Path::new(&pair[1]);
@@ -50,7 +50,7 @@ pub(crate) fn take(
         }
         Some("bake" | "explain") => {
             // Paths of this machine are no part of a page.
-            let lines = said.lines().filter(|line| !line.contains(".ply: "));
+            let lines = said.lines().filter(|line| !line.contains(".ply: ")).map(without_folders);
             outcome.said.push(lines.collect::<Vec<_>>().join("\n"));
             Ok(())
         }
@@ -58,9 +58,23 @@ pub(crate) fn take(
     }
 }
 
-/// A file's name in words.
+/// A line with the names alone of files whose paths begin at the root.
+fn without_folders(line: &str) -> String {
+    let word = |word: &str| {
+        let path = word.trim_start_matches('(');
+        let is_path = path.starts_with('/') && path.len() > 1;
+        let name = path.rsplit('/').next().filter(|_| is_path);
+        name.map_or(word.to_owned(), |name| word.replacen(path, name, 1))
+    };
+    line.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// A file's name in words, and what a renderer is called.
 fn label(stem: &str) -> String {
-    stem.replace('-', " ")
+    match stem {
+        "reference" => "paths".to_owned(),
+        stem => stem.replace('-', " "),
+    }
 }
 
 /// Milliseconds of the runs in a list: median and the distance of the quartiles.
@@ -82,7 +96,10 @@ fn comparison(
     let head = ["", "RMSE", "FLIP", "ms", "spread, ms", "frames/s"].map(str::to_owned).to_vec();
     let shown = Path::new(reference).file_stem().and_then(|stem| stem.to_str());
     let shown = label(shown.unwrap_or(reference));
-    let mut grid = Grid { caption: format!("Against {shown}"), head, rows: Vec::new() };
+    let n_surfels = object.pointer("/facts/clouds/0/n_surfels").and_then(Value::as_u64);
+    let count = n_surfels.map_or(String::new(), |n| format!("{} surfels, ", grouped(n)));
+    let caption = format!("{count}against {shown}");
+    let mut grid = Grid { caption, head, rows: Vec::new() };
     for (i, renderer) in renderers.iter().enumerate() {
         let name = renderer["name"].as_str().unwrap_or_default();
         let is_truth = name == reference;
@@ -124,14 +141,33 @@ fn comparison(
     Ok(())
 }
 
-fn report(outcome: &mut Outcome, own: &Path, command: Option<usize>) -> anyhow::Result<()> {
+/// A whole number with its digits in threes.
+fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut all = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            all.push(',');
+        }
+        all.push(digit);
+    }
+    all
+}
+
+fn report(
+    outcome: &mut Outcome,
+    own: &Path,
+    (words, command): (&[String], Option<usize>),
+) -> anyhow::Result<()> {
     let object = json(&own.join("report.json"))?;
     let knobs = object["knobs"].as_array().map(Vec::as_slice).unwrap_or_default();
     let unit = object.pointer("/unit/id").and_then(Value::as_str).unwrap_or_default();
     for (k, knob) in knobs.iter().enumerate() {
         let id = knob["id"].as_str().unwrap_or_default();
         let head = [id, "RMSE", "largest error", "s", "spread, s"].map(str::to_owned).to_vec();
-        let caption = format!("{unit} by {id}");
+        let set = words.windows(2).filter(|pair| pair[0] == "--set");
+        let set: String = set.map(|pair| format!(", {}", pair[1])).collect();
+        let caption = format!("{unit} by {id}{set}");
         let mut grid = Grid { caption: caption.clone(), head, rows: Vec::new() };
         for (c, cell) in knob["cells"].as_array().into_iter().flatten().enumerate() {
             let value = cell["value"].as_str().unwrap_or_default();
@@ -207,6 +243,16 @@ pub(crate) fn against(
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn lines_name_files_without_their_folders() {
+        let line = "renderer `a/b` (/some/where/liba.so) on x / y";
+        assert_eq!(without_folders(line), "renderer `a/b` (liba.so) on x / y");
+        assert_eq!(
+            [7, 1_234, 119_051, 1_000_000].map(grouped),
+            ["7", "1,234", "119,051", "1,000,000"]
+        );
+    }
 
     #[test]
     fn printed_numbers_have_ours_beside_them() {

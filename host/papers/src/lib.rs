@@ -16,9 +16,12 @@
 
 mod arguments;
 mod clouds;
+mod commands;
 mod computed;
 mod data;
+pub mod effects;
 pub mod entries;
+mod gallery;
 mod harvest;
 pub mod outcome;
 mod page;
@@ -30,7 +33,7 @@ pub use steps::RunCommand;
 
 use anyhow::{Context as _, bail};
 use entries::{Entry, Paper};
-use outcome::{Made, Outcome};
+use outcome::Made;
 use serde_json::json;
 use surfelshop_session::output::files::write_whole;
 use surfelshop_session::output::terminal;
@@ -41,17 +44,11 @@ pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Resu
     let papers = entries::papers()?;
     let chosen: Vec<&Paper> =
         papers.iter().filter(|paper| arguments.has_paper(&paper.id)).collect();
-    let is_chosen = |entry: &&Entry| arguments.only.is_empty() || arguments.has_entry(&entry.id);
-    if !arguments.only.is_empty() {
-        let known = |id: &String| {
-            chosen.iter().any(|paper| paper.entry.iter().any(|entry| entry.is_called(id)))
-        };
-        if let Some(unknown) = arguments.only.iter().find(|id| !known(id)) {
-            bail!(
-                "there is no figure, table or erratum `{unknown}`; `surfelshop papers --list` names all"
-            );
-        }
-    }
+    let is_chosen = |entry: &&Entry| match arguments.only.is_empty() {
+        true => arguments.gallery.is_none() || !entry.gallery.is_empty(),
+        false => arguments.has_entry(&entry.id),
+    };
+    check_names(arguments, &chosen)?;
     if arguments.list {
         return list(arguments, &chosen);
     }
@@ -67,20 +64,29 @@ pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Resu
         let mut of_paper = Vec::new();
         for entry in paper.entry.iter().filter(is_chosen) {
             n_done += 1;
-            let outcome = work.outcome(paper, entry).map_err(|error| format!("{error:#}"));
-            if !arguments.report.json {
-                terminal::line(progress(n_done, n_all, paper, entry, &outcome))?;
+            if arguments.part.is_some_and(|part| !part.takes(n_done - 1)) {
+                continue;
             }
-            if let Err(line) = &outcome {
+            let made = make(&mut work, paper, entry);
+            if !arguments.report.json {
+                terminal::line(progress(n_done, n_all, paper, &made))?;
+            }
+            if let Err(line) = &made.outcome {
                 failures.push(format!("{} of {}: {line}", entry.id, paper.id));
             }
-            of_paper.push(Made { entry, outcome });
+            of_paper.push(made);
         }
         made.push((paper, of_paper));
     }
-    let written = page::write(arguments, &made)?;
     let object = outcome::object(&made);
-    write_whole(&out.join("papers.json"), serde_json::to_string_pretty(&object)?.as_bytes())?;
+    let mut written = Vec::new();
+    if arguments.part.is_none() {
+        written = page::write(arguments, &made)?;
+        write_whole(&out.join("papers.json"), serde_json::to_string_pretty(&object)?.as_bytes())?;
+    }
+    if let Some(folder) = &arguments.gallery {
+        written.extend(gallery::write(folder, &made)?);
+    }
     if arguments.report.json {
         terminal::json(&json!({ "command": "papers", "pages": written, "papers": object }))?;
     } else {
@@ -92,6 +98,29 @@ pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Resu
             more.iter().for_each(terminal::note);
             bail!("{first}")
         }
+    }
+}
+
+/// Refuses names that no entry has.
+fn check_names(arguments: &PapersArguments, chosen: &[&Paper]) -> anyhow::Result<()> {
+    let known = |id: &String| {
+        chosen.iter().any(|paper| paper.entry.iter().any(|entry| entry.is_called(id)))
+    };
+    if let Some(unknown) = arguments.only.iter().find(|id| !known(id)) {
+        bail!(
+            "there is no figure, table or erratum `{unknown}`; `surfelshop papers --list` names all"
+        );
+    }
+    Ok(())
+}
+
+/// Makes an entry, or finds it.
+fn make<'e>(work: &mut Work<'_>, paper: &Paper, entry: &'e Entry) -> Made<'e> {
+    let outcome = work.outcome(paper, entry);
+    let found = outcome.and_then(|outcome| Ok((effects::of(entry, &outcome)?, outcome)));
+    match found {
+        Ok((effect, outcome)) => Made { entry, outcome: Ok(outcome), effect },
+        Err(error) => Made { entry, outcome: Err(format!("{error:#}")), effect: None },
     }
 }
 
@@ -119,14 +148,8 @@ fn list(arguments: &PapersArguments, papers: &[&Paper]) -> anyhow::Result<()> {
 }
 
 /// A line about an entry that is done.
-fn progress(
-    n_done: usize,
-    n_all: usize,
-    paper: &Paper,
-    entry: &Entry,
-    outcome: &Result<Outcome, String>,
-) -> String {
-    let state = match outcome {
+fn progress(n_done: usize, n_all: usize, paper: &Paper, made: &Made<'_>) -> String {
+    let state = match &made.outcome {
         Ok(outcome) if outcome.was_there => "was there".to_owned(),
         Ok(outcome) if outcome.pictures.is_empty() && outcome.seconds == 0.0 => {
             outcome.state.word().to_owned()
@@ -134,5 +157,5 @@ fn progress(
         Ok(outcome) => format!("{}, {:.1} s", outcome.state.word(), outcome.seconds),
         Err(line) => format!("failed: {line}"),
     };
-    format!("{n_done}/{n_all} {} {}: {state}", paper.id, entry.id)
+    format!("{n_done}/{n_all} {} {}: {state}", paper.id, made.entry.id)
 }

@@ -1,5 +1,6 @@
 //! What came of an entry: pictures, numbers, tables and plots, with the commands and the machine.
 
+use crate::effects::Effect;
 use crate::entries::{Entry, Paper};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -92,6 +93,8 @@ pub struct Shown {
 pub struct Outcome {
     /// Changes with whatever it was made of.
     pub hash: String,
+    /// The folder of all entries where it was made, from the root.
+    pub place: String,
     /// Whether it was made.
     pub state: State,
     /// The commands that make it, in order.
@@ -128,6 +131,7 @@ impl Outcome {
     pub fn empty(state: State) -> Self {
         Self {
             hash: String::new(),
+            place: String::new(),
             state,
             commands: Vec::new(),
             data: Vec::new(),
@@ -151,6 +155,8 @@ pub struct Made<'a> {
     pub entry: &'a Entry,
     /// What came of it.
     pub outcome: Result<Outcome, String>,
+    /// Of an erratum: what it does to a picture.
+    pub effect: Option<Effect>,
 }
 
 /// Everything for programs.
@@ -165,6 +171,7 @@ pub fn object(made: &[(&Paper, Vec<Made<'_>>)]) -> Value {
             "why": made.entry.impossible,
             "error": made.outcome.as_ref().err(),
             "commands": outcome.map(|outcome| &outcome.commands),
+            "effect": made.effect,
             "numbers": outcome.map(|outcome| &outcome.numbers),
             "data": outcome.map(|outcome| &outcome.data),
             "date": outcome.map(|outcome| &outcome.date),

@@ -4,14 +4,15 @@ use crate::data::{Data, Meaning, Prepared};
 use crate::entries::{Entry, Paper};
 use crate::outcome::{Outcome, Shown, State};
 use crate::steps::RunCommand;
-use crate::{PapersArguments, computed, harvest, steps};
+use crate::{PapersArguments, commands, computed, harvest, steps};
 use anyhow::{Context as _, anyhow, bail};
 use sha2::{Digest as _, Sha256};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime};
 use surfelshop_api::params::Values;
 use surfelshop_cloud::ToolRun;
+use surfelshop_session::output::digest::FileDigest;
 use surfelshop_session::output::{command_line, files, terminal};
 use surfelshop_session::session;
 
@@ -40,6 +41,8 @@ pub(crate) struct Used {
     shown: Vec<Shown>,
     /// Commands that prepared it.
     commands: Vec<String>,
+    /// Options with which it is drawn.
+    view: String,
 }
 
 fn hex(hasher: Sha256) -> String {
@@ -56,14 +59,6 @@ fn digest<'a>(parts: impl IntoIterator<Item = &'a str>) -> String {
     hex(hasher)
 }
 
-/// What tells a build from another: length and time of its file.
-fn stamp(path: &Path) -> String {
-    let about = path.metadata().ok();
-    let time = about.as_ref().and_then(|about| about.modified().ok());
-    let time = time.and_then(|time| time.duration_since(UNIX_EPOCH).ok());
-    format!("{} {:?}", about.map_or(0, |about| about.len()), time)
-}
-
 impl<'a> Work<'a> {
     pub(crate) fn open(
         arguments: &'a PapersArguments,
@@ -76,8 +71,12 @@ impl<'a> Work<'a> {
         let data = Data::find(arguments.data.as_deref(), &made)?;
         let registry = session::registry(&arguments.plugins)?;
         let mut program = vec![env!("CARGO_PKG_VERSION").to_owned()];
-        program.extend(std::env::current_exe().ok().map(|path| stamp(&path)));
-        program.extend(registry.entries().iter().map(|entry| stamp(&entry.file)));
+        // What files hold, not when they were written: another machine's part has the same.
+        let own = std::env::current_exe()?;
+        for file in std::iter::once(&own).chain(registry.entries().iter().map(|entry| &entry.file))
+        {
+            program.push(FileDigest::of(file)?.sum);
+        }
         let program = digest(program.iter().map(String::as_str));
         Ok(Self { arguments, command, folder, data, program, digests: HashMap::new() })
     }
@@ -96,7 +95,8 @@ impl<'a> Work<'a> {
             return Ok(outcome);
         }
         let part = self.begin(&key, &hash)?;
-        let mut outcome = Outcome { hash, ..Outcome::empty(State::Made) };
+        let place = commands::from_root(&self.folder);
+        let mut outcome = Outcome { hash, place, ..Outcome::empty(State::Made) };
         for (_, used) in &used {
             outcome.data.extend(used.shown.iter().cloned());
             outcome.commands.extend(used.commands.iter().cloned());
@@ -109,8 +109,9 @@ impl<'a> Work<'a> {
             words.extend(["--size".to_owned(), self.arguments.size.to_string()]);
             words.extend(["--samples".to_owned(), self.arguments.samples.to_string()]);
             if let Some(data) = &self.arguments.data {
-                words.extend(["--data".to_owned(), data.display().to_string()]);
+                words.extend(["--data".to_owned(), commands::from_root(data)]);
             }
+            words.extend(self.passed_on("papers"));
             words.extend(["-o".to_owned(), "again".to_owned()]);
             outcome.commands.push(command_line::words("surfelshop", words));
             let made = {
@@ -144,7 +145,7 @@ impl<'a> Work<'a> {
         for (number, step) in entry.steps.iter().enumerate() {
             let words = self.words(step, used, (part, number))?;
             let said = self.run(&words)?;
-            outcome.commands.push(shown_command(&words, part, folder));
+            outcome.commands.push(commands::shown(&words, &self.folder, part, folder));
             places.push(outcome.commands.len() - 1);
             harvest::take(outcome, part, (number, &words, said))?;
         }
@@ -189,6 +190,9 @@ impl<'a> Work<'a> {
             }
         };
         if draws {
+            for (option, value) in views(step, used)? {
+                add(&option, value);
+            }
             add("--size", self.arguments.size.to_string());
         }
         if matches!(command.as_str(), "compare" | "report") {
@@ -207,9 +211,9 @@ impl<'a> Work<'a> {
             words.extend(value.into_iter().flat_map(|value| [option.to_owned(), value]));
         };
         for file in &plugins.plugin {
-            add("--plugin", Some(file.display().to_string()));
+            add("--plugin", Some(commands::from_root(file)));
         }
-        add("--trust-file", plugins.trust_file.as_ref().map(|file| file.display().to_string()));
+        add("--trust-file", plugins.trust_file.as_deref().map(commands::from_root));
         if command != "convert" {
             add("--adapter", self.arguments.device.adapter.clone());
         }
@@ -248,7 +252,7 @@ impl<'a> Work<'a> {
             Meaning::File { path, of } => {
                 let digest = self.digest_of(&path)?;
                 let shown = vec![Shown { of, stands_in_for: String::new() }];
-                Used { path, digest, shown, commands: Vec::new() }
+                Used { path, digest, shown, commands: Vec::new(), view: found.view }
             }
             Meaning::Prepared(prepared) => self.prepared(&prepared)?,
         };
@@ -274,7 +278,8 @@ impl<'a> Work<'a> {
         let path = folder.join(&prepared.file);
         let mut commands: Vec<String> =
             used.iter().flat_map(|(_, used)| used.commands.iter().cloned()).collect();
-        let is_there = std::fs::read_to_string(folder.join(HASH)).is_ok_and(|of| of == hash);
+        let was_made = || std::fs::read_to_string(folder.join(HASH)).is_ok_and(|of| of == hash);
+        let is_there = was_made();
         let part = match is_there {
             true => folder.clone(),
             false => self.begin(&key, &hash)?,
@@ -284,10 +289,11 @@ impl<'a> Work<'a> {
             if !is_there {
                 self.run(&words)?;
             }
-            commands.push(shown_command(&words, &part, &folder));
+            commands.push(commands::shown(&words, &self.folder, &part, &folder));
         }
         if !is_there {
-            finish(&part, &folder)?;
+            // Another part may have prepared the same in the meantime.
+            if was_made() { remove(&part)? } else { finish(&part, &folder)? }
         }
         let mut shown = Vec::new();
         for (key, used) in &used {
@@ -296,12 +302,16 @@ impl<'a> Work<'a> {
                 shown.push(Shown { of, ..one.clone() });
             }
         }
-        Ok(Used { path, digest: hash, shown, commands })
+        let view = used.iter().map(|(_, used)| used.view.clone()).find(|view| !view.is_empty());
+        Ok(Used { path, digest: hash, shown, commands, view: view.unwrap_or_default() })
     }
 
-    /// An empty folder to work in, or what a run of the same left there.
+    /// An empty folder to work in, or what a run of the same left there. Each part of a run has its own.
     fn begin(&self, key: &str, hash: &str) -> anyhow::Result<PathBuf> {
-        let part = self.folder.join(format!("{key}.part"));
+        let part = match self.arguments.part {
+            Some(part) => self.folder.join(format!("{key}.{}", part.folder())),
+            None => self.folder.join(format!("{key}.part")),
+        };
         let is_same = std::fs::read_to_string(part.join(HASH)).is_ok_and(|of| of == hash);
         if !is_same {
             remove(&part)?;
@@ -319,7 +329,8 @@ impl<'a> Work<'a> {
         let entry = serde_json::to_string(entry)?;
         let adapter = options.device.adapter.clone().unwrap_or_default();
         let own = [self.program.as_str(), &numbers, &entry, &adapter];
-        Ok(digest(own.into_iter().chain(used.iter().map(|(_, used)| used.digest.as_str()))))
+        let of_files = used.iter().flat_map(|(_, used)| [used.digest.as_str(), used.view.as_str()]);
+        Ok(digest(own.into_iter().chain(of_files)))
     }
 
     /// A hash of a file's bytes; of a scene also of the cloud of its name.
@@ -354,11 +365,29 @@ fn stored(folder: &Path, hash: &str) -> Option<Outcome> {
     let outcome: Outcome =
         serde_json::from_slice(&std::fs::read(folder.join(OUTCOME)).ok()?).ok()?;
     let are_there = outcome.pictures.iter().all(|picture| folder.join(&picture.file).is_file());
+    let place = commands::from_root(folder.parent().unwrap_or(folder));
+    let here = |command: &String| command.replace(&outcome.place, &place);
+    let commands = outcome.commands.iter().map(here).collect();
     (outcome.hash == hash && are_there).then(|| Outcome {
         folder: folder.to_owned(),
         was_there: true,
+        // Where the folders were moved, or another machine made them, the clouds of commands are here.
+        commands,
         ..outcome
     })
+}
+
+/// Options with which the files of a step are drawn, and their values.
+fn views(step: &str, used: &[(String, Used)]) -> anyhow::Result<Vec<(String, String)>> {
+    let lights = step.contains("--env ");
+    let mut all = Vec::new();
+    for name in steps::names(step) {
+        let Some((_, used)) = used.iter().find(|(key, _)| key == name) else { continue };
+        let words = steps::words(&used.view)?;
+        let pairs = words.chunks_exact(2).map(|pair| (pair[0].clone(), pair[1].clone()));
+        all.extend(pairs.filter(|(option, _)| lights || !option.starts_with("--env-")));
+    }
+    Ok(all)
 }
 
 fn remove(folder: &Path) -> anyhow::Result<()> {
@@ -374,13 +403,6 @@ fn remove(folder: &Path) -> anyhow::Result<()> {
 fn finish(part: &Path, folder: &Path) -> anyhow::Result<()> {
     remove(folder)?;
     std::fs::rename(part, folder).with_context(|| format!("{}: cannot be renamed", part.display()))
-}
-
-/// A command as it can be typed once its folder is whole.
-fn shown_command(words: &[String], part: &Path, folder: &Path) -> String {
-    let (part, folder) = (part.display().to_string(), folder.display().to_string());
-    let words = words.iter().map(|word| word.replace(&part, &folder));
-    command_line::words("surfelshop", words)
 }
 
 /// The time: UTC, RFC 3339.

@@ -54,6 +54,7 @@ pub const PAGES: &[Page] = pages! {
     "Measure", "compare", "Compare renderers", "measure/compare";
     "Measure", "report", "Error against time", "measure/report";
     "Measure", "papers", "The papers, made again", "measure/papers";
+    "Measure", "papers-tables", "The papers: what is made", "measure/papers-tables";
     "Measure", "bench", "Measure speed", "measure/bench";
     "Measure", "measuring", "Measure in the window", "measure/measuring";
     "Measure", "explain", "What a frame is made of", "measure/explain";

@@ -54,6 +54,10 @@ pub struct Entry {
     pub impossible: String,
     /// What stands in for the paper's own scene, whatever data there is.
     pub stand_in: String,
+    /// Of an erratum: the names of two numbers, the error as printed and as corrected, where they are not called so.
+    pub errors: Vec<String>,
+    /// What its pictures show in the gallery; empty where they are not in it.
+    pub gallery: String,
     /// Printed numbers and where ours are found.
     pub against: Vec<Against>,
 }

@@ -100,7 +100,7 @@ pub(super) fn body() -> anyhow::Result<String> {
         };
         write!(
             body,
-            "<section id=\"{}\"><h2>{}</h2><div class=\"wide\"><table><tr><th>what is true</th><th>test</th></tr>",
+            "<section id=\"{}\"><h2>{}</h2><div class=\"wide\"><table><tr><th>what is true</th><th class=\"words\">test</th></tr>",
             attribute(technique.id),
             text(technique.name)
         )?;

@@ -58,15 +58,12 @@ pub(super) fn write(body: &mut String, made: &Made<'_>, pictures: &Pictures) -> 
 }
 
 fn results(body: &mut String, entry: &Entry, outcome: &Outcome, pictures: &Pictures) -> Result {
-    let picture = |name: &str| {
-        let found = outcome.pictures.iter().find(|picture| picture.name == name);
-        found.map(|found| pictures.address(&outcome.folder.join(&found.file)))
-    };
-    if let (Some(printed), Some(corrected)) = (picture("printed"), picture("corrected")) {
+    let has = |name: &str| outcome.pictures.iter().any(|picture| picture.name == name);
+    if has("printed") && has("corrected") {
+        // Its pictures are those below, which the page's script fills in: each is on the page once.
         writeln!(
             body,
-            "<figure class=\"wipe\"><div><img src=\"{corrected}\" alt=\"as corrected\"><img src=\"{printed}\" \
-             alt=\"as printed\"></div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"where the \
+            "<figure class=\"wipe\"><div><img alt=\"as corrected\"><img alt=\"as printed\"></div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"where the \
              printed form ends\"><figcaption>left as printed, right as corrected</figcaption></figure>"
         )?;
     }
@@ -76,7 +73,7 @@ fn results(body: &mut String, entry: &Entry, outcome: &Outcome, pictures: &Pictu
         let name = text(&picture.name);
         writeln!(
             body,
-            "<figure><img src=\"{address}\" alt=\"{name}\" loading=\"lazy\"><figcaption>{name}</figcaption></figure>"
+            "<figure><img src=\"{address}\" alt=\"{name}\"><figcaption>{name}</figcaption></figure>"
         )?;
     }
     writeln!(body, "</div>")?;

@@ -4,10 +4,11 @@ mod checked;
 mod entry;
 mod html;
 mod pictures;
+mod tables;
 
 use crate::PapersArguments;
 use crate::entries::Paper;
-use crate::outcome::{Made, State};
+use crate::outcome::Made;
 use html::{attribute, marked, text};
 use pictures::Pictures;
 use std::fmt::Write as _;
@@ -33,6 +34,7 @@ pub(crate) fn write(
     }
     put("checked.html", whole("How this was checked", &checked::body()?))?;
     put("index.html", whole("The papers, made again", &contents(arguments, made)?))?;
+    put("tables.md", tables::markdown(made)?)?;
     Ok(written)
 }
 
@@ -69,10 +71,46 @@ fn of_paper(
     ];
     let link = |name: &&str| format!("<a href=\"{name}\">{}</a>", name.trim_end_matches(".html"));
     writeln!(body, "<p>{}</p>", links.iter().map(link).collect::<Vec<_>>().join(" · "))?;
+    writeln!(
+        body,
+        "<p>Commands can be typed in any folder, and write into it. Of those beside an entry, later ones take what \
+         earlier ones wrote.</p>"
+    )?;
+    effects(&mut body, entries)?;
     for made in entries {
         entry::write(&mut body, made, pictures)?;
     }
     Ok(whole(&paper.title, &body))
+}
+
+/// The table of what errata do, where there are any.
+fn effects(body: &mut String, entries: &[Made<'_>]) -> std::fmt::Result {
+    if entries.iter().all(|made| made.effect.is_none()) {
+        return Ok(());
+    }
+    writeln!(
+        body,
+        "<details open><summary>All effects</summary><p>{}</p><p>On the screen: root of the mean squared difference of \
+         the two pictures over what they draw, in percent of white. Errors are against the truth; what they are of is \
+         beside them.</p><div class=\"wide\"><table><tr>",
+        text(&tables::extremes(entries))
+    )?;
+    let class = |name: &str| if matches!(name, "what" | "of") { " class=\"words\"" } else { "" };
+    for name in tables::EFFECT {
+        write!(body, "<th{}>{name}</th>", class(name))?;
+    }
+    writeln!(body, "</tr>")?;
+    for made in entries {
+        let row = tables::effect(made);
+        let id =
+            format!("<a href=\"#{}\">{}</a>", attribute(&entry::anchor(&row[0])), text(&row[0]));
+        write!(body, "<tr><td>{id}</td>")?;
+        for (name, cell) in tables::EFFECT.iter().zip(&row).skip(1) {
+            write!(body, "<td{}>{}</td>", class(name), marked(cell))?;
+        }
+        writeln!(body, "</tr>")?;
+    }
+    writeln!(body, "</table></div></details>")
 }
 
 /// The table of all entries.
@@ -91,35 +129,26 @@ fn contents(
         arguments.samples
     )?;
     for (paper, entries) in made {
-        let state = |made: &Made<'_>| made.outcome.as_ref().map(|outcome| outcome.state).ok();
-        let count = |wanted| entries.iter().filter(|made| state(made) == Some(wanted)).count();
-        let [n_made, n_stood_in, n_not] =
-            [State::Made, State::StoodIn, State::Impossible].map(count);
-        let n_failed = entries.len() - n_made - n_stood_in - n_not;
         writeln!(
             body,
-            "<h2><a href=\"{0}.html\">{1}</a></h2><p>{2} entries: {n_made} made, {n_stood_in} with something that \
-             stands in, {n_not} not made{3}.</p><div class=\"wide\"><table><tr><th></th><th>where</th><th>what</th>\
-             <th>state</th><th>why</th></tr>",
+            "<h2><a href=\"{0}.html\">{1}</a></h2><p>{2}</p><div class=\"wide\"><table><tr><th></th><th class=\"words\">where</th>\
+             <th class=\"words\">what</th><th class=\"words\">state</th><th class=\"words\">why</th></tr>",
             attribute(&paper.id),
             text(&paper.title),
-            entries.len(),
-            if n_failed > 0 { format!(", {n_failed} failed") } else { String::new() }
+            tables::counted(entries)
         )?;
         for made in entries {
-            let (word, why) = match &made.outcome {
-                Ok(outcome) => (outcome.state.word(), entry::why(made.entry, outcome)),
-                Err(line) => ("failed", line.clone()),
-            };
+            let [word, why] = tables::state(made);
             writeln!(
                 body,
-                "<tr><td><a href=\"{}.html#{}\">{}</a></td><td>{}</td><td>{}</td><td>{word}</td><td>{}</td></tr>",
+                "<tr><td><a href=\"{}.html#{}\">{}</a></td><td class=\"words\">{}</td><td class=\"words\">{}</td>\
+                 <td class=\"words short\">{word}</td><td class=\"words\">{}</td></tr>",
                 attribute(&paper.id),
                 attribute(&entry::anchor(&made.entry.id)),
                 text(&made.entry.id),
                 text(&made.entry.at),
-                text(&made.entry.shows),
-                text(&why)
+                marked(&made.entry.shows),
+                marked(&why)
             )?;
         }
         writeln!(body, "</table></div>")?;
