@@ -11,10 +11,9 @@ mod agreement;
 mod ambient_occlusion;
 mod boundary;
 mod contact_sheet;
+mod farm;
 mod fuzz;
-mod gi_error;
-mod gi_maps;
-mod gi_times;
+mod gi;
 mod leaving_out;
 mod many;
 mod natural_light;
@@ -29,15 +28,16 @@ mod surface;
 
 type Run = fn() -> anyhow::Result<()>;
 
-const PROGRAMS: [(&str, Run); 19] = [
+const PROGRAMS: [(&str, Run); 20] = [
     ("agreement", agreement::run),
     ("ambient_occlusion", ambient_occlusion::run),
     ("boundary", boundary::run),
     ("contact_sheet", contact_sheet::run),
+    ("farm", farm::run),
     ("fuzz", fuzz::run),
-    ("gi_error", gi_error::run),
-    ("gi_maps", gi_maps::run),
-    ("gi_times", gi_times::run),
+    ("gi_error", gi::error::run),
+    ("gi_maps", gi::maps::run),
+    ("gi_times", gi::times::run),
     ("leaving_out", leaving_out::run),
     ("many", many::run),
     ("natural_light", natural_light::run),

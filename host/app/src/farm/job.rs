@@ -103,8 +103,11 @@ fn lines(arguments: &str) -> Vec<String> {
         "  cat \"$LOG\" >&2",
         "  echo \"openjd_progress: 100\"",
         "else",
+        "  STATUS=$?",
         "  cat \"$LOG\" >&2",
-        "  echo \"openjd_fail: $(tail -n 1 \"$LOG\")\"",
+        // A program that was killed said nothing.
+        "  REASON=$(tail -n 1 \"$LOG\")",
+        "  echo \"openjd_fail: ${REASON:-the program was ended, exit status $STATUS}\"",
         "  exit 1",
         "fi",
     ]

@@ -8,26 +8,29 @@ use object::read::elf::{FileHeader, SectionHeader};
 use object::read::macho::{FatArch, MachHeader, MachOFatFile32, MachOFatFile64};
 use object::{
     Architecture, BinaryFormat, Endianness, ExportTarget, FileKind, NameOrOrdinal, Object,
-    ObjectKind, ObjectSection, ObjectSegment, elf, macho,
+    ObjectKind, ObjectSection, ObjectSegment, ReadRef, elf, macho,
 };
 use std::env::consts;
 
 /// How many bytes tell the type of a file.
 pub(super) const MAGIC_LEN: usize = 16;
 
+/// How a library of Linux and most Unix systems begins.
+pub(super) const ELF_MAGIC: [u8; 4] = *b"\x7fELF";
+
 /// Libraries with more exported symbols are refused: Mach-O names them with a tree whose branches
 /// may share their ends, so a small file can announce more than could ever be read.
 const MAX_EXPORTS: usize = 1 << 20;
 
 /// A parsed shared library.
-pub(super) struct Library<'a> {
+pub(super) struct Library<'a, R: ReadRef<'a> = &'a [u8]> {
     /// The library: the whole file, or the part of a universal file that is for this machine.
-    bytes: &'a [u8],
-    file: object::File<'a>,
+    bytes: R,
+    file: object::File<'a, R>,
 }
 
 impl<'a> Library<'a> {
-    /// Parses the headers.
+    /// Parses the headers of a file in memory.
     pub(super) fn parse(whole: &'a [u8]) -> Result<Self, Refused> {
         let kind = match FileKind::parse(whole) {
             Ok(kind) => kind,
@@ -43,11 +46,18 @@ impl<'a> Library<'a> {
             }
             _ => whole,
         };
+        Self::of(bytes)
+    }
+}
+
+impl<'a, R: ReadRef<'a>> Library<'a, R> {
+    /// Parses the headers of a library that is for one machine.
+    pub(super) fn of(bytes: R) -> Result<Self, Refused> {
         match FileKind::parse(bytes).map_err(damaged)? {
-            FileKind::Elf32 => check_elf_tables::<elf::FileHeader32<Endianness>>(bytes)?,
-            FileKind::Elf64 => check_elf_tables::<elf::FileHeader64<Endianness>>(bytes)?,
-            FileKind::MachO32 => check_macho_commands::<macho::MachHeader32<Endianness>>(bytes)?,
-            FileKind::MachO64 => check_macho_commands::<macho::MachHeader64<Endianness>>(bytes)?,
+            FileKind::Elf32 => check_elf_tables::<elf::FileHeader32<Endianness>, R>(bytes)?,
+            FileKind::Elf64 => check_elf_tables::<elf::FileHeader64<Endianness>, R>(bytes)?,
+            FileKind::MachO32 => check_macho_commands::<macho::MachHeader32<Endianness>, R>(bytes)?,
+            FileKind::MachO64 => check_macho_commands::<macho::MachHeader64<Endianness>, R>(bytes)?,
             _ => {}
         }
         let file = object::File::parse(bytes).map_err(damaged)?;
@@ -80,7 +90,8 @@ impl<'a> Library<'a> {
     /// The system the library is for.
     fn system(&self) -> &'static str {
         // Byte 7 of an ELF file names the system's ABI.
-        match (self.file.format(), self.bytes.get(7)) {
+        let mark = self.bytes.read_bytes_at(7, 1).ok().and_then(|bytes| bytes.first());
+        match (self.file.format(), mark) {
             (BinaryFormat::MachO, _) => "macOS",
             (BinaryFormat::Pe, _) => "Windows",
             (BinaryFormat::Elf, Some(3)) => "Linux",
@@ -130,11 +141,14 @@ impl<'a> Library<'a> {
         Ok(found)
     }
 
-    /// The bytes of the file that are loaded at an address and behind it.
-    pub(super) fn bytes_at(&self, address: u64) -> Option<&'a [u8]> {
+    /// The bytes of the file that are loaded at an address and behind it, at most so many.
+    pub(super) fn bytes_at(&self, address: u64, most: u64) -> Option<&'a [u8]> {
         self.file.segments().find_map(|segment| {
-            let offset = usize::try_from(address.checked_sub(segment.address())?).ok()?;
-            segment.data().ok()?.get(offset..).filter(|bytes| !bytes.is_empty())
+            let offset = address.checked_sub(segment.address())?;
+            let (start, len) = segment.file_range();
+            let len = len.checked_sub(offset)?.min(most);
+            let bytes = self.bytes.read_bytes_at(start.checked_add(offset)?, len).ok()?;
+            Some(bytes).filter(|bytes| !bytes.is_empty())
         })
     }
 
@@ -155,11 +169,11 @@ fn damaged(error: object::Error) -> Refused {
 
 /// Whether the first bytes are those of a library whose rest cannot be understood.
 fn looks_like_library(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"\x7fELF") || bytes.starts_with(b"MZ")
+    bytes.starts_with(&ELF_MAGIC) || bytes.starts_with(b"MZ")
 }
 
-fn check_end(needed: u64, bytes: &[u8]) -> Result<(), Refused> {
-    let found = bytes.len() as u64;
+fn check_end<'a>(needed: u64, bytes: impl ReadRef<'a>) -> Result<(), Refused> {
+    let found = bytes.len().unwrap_or_default();
     if needed > found { Err(Refused::Truncated { needed, found }) } else { Ok(()) }
 }
 
@@ -167,7 +181,9 @@ fn check_end(needed: u64, bytes: &[u8]) -> Result<(), Refused> {
 ///
 /// Linkers put the section headers last, so nearly every cut removes some of them, and a parser
 /// that only says "invalid table" would leave the reader guessing.
-fn check_elf_tables<Elf: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(), Refused> {
+fn check_elf_tables<'a, Elf: FileHeader<Endian = Endianness>, R: ReadRef<'a>>(
+    bytes: R,
+) -> Result<(), Refused> {
     let Ok(header) = Elf::parse(bytes) else {
         return check_end(size_of::<Elf>() as u64, bytes);
     };
@@ -187,8 +203,8 @@ fn check_elf_tables<Elf: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Resul
 }
 
 /// Refuses a Mach-O file whose load commands reach beyond its end; a parser would find none.
-fn check_macho_commands<Mach: MachHeader<Endian = Endianness>>(
-    bytes: &[u8],
+fn check_macho_commands<'a, Mach: MachHeader<Endian = Endianness>, R: ReadRef<'a>>(
+    bytes: R,
 ) -> Result<(), Refused> {
     let Ok(header) = Mach::parse(bytes, 0) else {
         return check_end(size_of::<Mach>() as u64, bytes);
@@ -270,7 +286,7 @@ mod tests {
             assert_eq!(library.system(), system);
             let [manifest, table] =
                 library.exports([manifest::SYMBOL, "SURFELSHOP_PLUGIN"]).unwrap();
-            let contents = library.bytes_at(manifest.unwrap()).unwrap();
+            let contents = library.bytes_at(manifest.unwrap(), 4096).unwrap();
             assert_eq!(manifest::decode(contents).unwrap().id, "org.surfelshop.test.foreign");
             assert!(library.holds(table.unwrap(), 64), "{system}");
             assert!(!library.holds(table.unwrap(), 1 << 20), "{system}");
@@ -312,7 +328,7 @@ mod tests {
                     if let Ok(library) = Library::parse(&bytes) {
                         let exports = library.exports([manifest::SYMBOL]);
                         let address = exports.ok().and_then(|[address]| address);
-                        let contents = address.and_then(|address| library.bytes_at(address));
+                        let contents = address.and_then(|address| library.bytes_at(address, 4096));
                         let results = (contents.map(manifest::decode), library.check_length());
                         drop(results); // Any answer is right as long as there is one.
                     }

@@ -1,7 +1,10 @@
 //! Judges a plugin file by its bytes, before any of its code runs.
 
-use super::binary::{self, Library};
+use super::binary::{self, ELF_MAGIC, Library};
+use object::{ReadCache, ReadRef};
 use sha2::{Digest as _, Sha256};
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 use std::{fmt, io};
 use surfelshop_api::UnitKind;
@@ -143,15 +146,46 @@ pub fn inspect(path: &Path) -> Result<(Manifest, Contents), Refused> {
     Ok((inspect_bytes(&bytes)?, Contents::of(&bytes)))
 }
 
+/// Reads the manifest of a library of Linux without the rest of the file; `None` where it is another kind of file.
+///
+/// The program has dozens of its own, of megabytes each, and every command asks what they are.
+///
+/// # Errors
+/// As [`inspect`].
+pub(super) fn inspect_in_place(path: &Path) -> Result<Option<Manifest>, Refused> {
+    let (mut file, len) = open(path)?;
+    let mut magic = [0; ELF_MAGIC.len()];
+    let starts = file.read_exact(&mut magic).is_ok() && magic == ELF_MAGIC;
+    if !starts || len > MAX_FILE_LEN {
+        return Ok(None);
+    }
+    let cache = ReadCache::new(file);
+    inspect_library(&Library::of(&cache)?).map(Some)
+}
+
 /// The contents of a plugin file.
 ///
 /// # Errors
 /// Where the path leads to no regular file of acceptable length.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
-    let is_named_module =
-        path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("wasm"));
+    let is_named_module = is_named_module(path);
     let most = if is_named_module { MAX_MODULE_LEN } else { MAX_FILE_LEN };
-    files::read(path, most).map_err(|fault| match fault {
+    files::read(path, most).map_err(|fault| refused(fault, is_named_module))
+}
+
+fn open(path: &Path) -> Result<(File, u64), Refused> {
+    let (file, metadata) =
+        files::open(path).map_err(|fault| refused(fault, is_named_module(path)))?;
+    Ok((file, metadata.len()))
+}
+
+fn is_named_module(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("wasm"))
+}
+
+/// Why a file is refused that cannot be read.
+fn refused(fault: OpenFault, is_named_module: bool) -> Refused {
+    match fault {
         OpenFault::Io(error) if error.kind() == io::ErrorKind::NotFound => Refused::Missing,
         OpenFault::Io(error) => Refused::Unreadable(error),
         OpenFault::NotAFile { found: found @ "a folder" } => Refused::NotAFile { found },
@@ -161,7 +195,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
         }
         OpenFault::TooLong { found, .. } => Refused::TooLarge { found },
         OpenFault::Memory(out) => Refused::Unreadable(io::Error::other(out.to_string())),
-    })
+    }
 }
 
 /// Reads the manifest out of the bytes of a library or a WebAssembly module.
@@ -175,16 +209,18 @@ pub fn inspect_bytes(bytes: &[u8]) -> Result<Manifest, Refused> {
     if is_module(bytes) {
         return inspect_module(bytes);
     }
-    let library = Library::parse(bytes)?;
+    inspect_library(&Library::parse(bytes)?)
+}
+
+fn inspect_library<'a, R: ReadRef<'a>>(library: &Library<'a, R>) -> Result<Manifest, Refused> {
     library.check_machine()?;
     library.check_length()?;
     let [manifest, table, formats] =
         library.exports([manifest::SYMBOL, table::SYMBOL, format_table::SYMBOL])?;
     let address = manifest.ok_or(Refused::NoManifest)?;
-    let Some(contents) = library.bytes_at(address) else {
+    let Some(contents) = library.bytes_at(address, (HEADER_LEN + MAX_TEXT_LEN) as u64) else {
         return Err(malformed("it lies outside the file"));
     };
-    let contents = &contents[..contents.len().min(HEADER_LEN + MAX_TEXT_LEN)];
     let manifest = manifest::decode(contents).map_err(Refused::Manifest)?;
     check_names(&manifest)?;
     let Some(table) = table else {

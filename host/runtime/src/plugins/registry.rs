@@ -1,8 +1,8 @@
 //! What was found: the plugins at hand, and the files that were refused with the reason.
 
-use super::discover::{Origin, SearchPath};
+use super::discover::{Origin, Place, SearchPath};
 use super::find::UnitRef;
-use super::inspect::{Contents, Refused, inspect_bytes, read};
+use super::inspect::{Contents, Refused, inspect_bytes, inspect_in_place, read};
 use super::trust::{Trust, TrustState, resolved};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -148,14 +148,9 @@ impl Registry {
         for place in search.candidates() {
             // Once: what is judged here is what is loaded later, whatever links lead to by then.
             let file = resolved(&place.path);
-            let bytes = read(&file);
             let contents = LazyContents { file: file.clone(), digest: Arc::default() };
-            let digest = || bytes.as_deref().map(Contents::of).unwrap_or_default();
-            let trust = match bytes.as_deref().is_ok_and(is_module) {
-                true => TrustState::Sandboxed,
-                false => asked.standing(&place, &file, || *contents.digest.get_or_init(digest)),
-            };
-            let state = match bytes.and_then(|bytes| inspect_bytes(&bytes)) {
+            let (trust, found) = judged(&asked, &place, &contents);
+            let state = match found {
                 Ok(manifest) => State::Available(manifest),
                 Err(
                     Refused::NoManifest
@@ -197,6 +192,28 @@ impl Registry {
             .flat_map(|(entry, manifest)| manifest.units.iter().map(move |u| (entry, manifest, u)))
             .filter(move |(_, _, unit)| unit.kind == kind)
     }
+}
+
+/// Whether the code of a file may run, and what the file says of itself.
+fn judged(
+    asked: &Trust,
+    place: &Place,
+    contents: &LazyContents,
+) -> (TrustState, Result<Manifest, Refused>) {
+    let file = &contents.file;
+    // Trust in the program's own files does not hang on what they hold, so they are not read whole.
+    if asked.is_own(place, file)
+        && let Some(found) = inspect_in_place(file).transpose()
+    {
+        return (TrustState::OfProgram, found);
+    }
+    let bytes = read(file);
+    let digest = || bytes.as_deref().map(Contents::of).unwrap_or_default();
+    let trust = match bytes.as_deref().is_ok_and(is_module) {
+        true => TrustState::Sandboxed,
+        false => asked.standing(place, file, || *contents.digest.get_or_init(digest)),
+    };
+    (trust, bytes.and_then(|bytes| inspect_bytes(&bytes)))
 }
 
 /// Leaves one available entry per package id: the last that somebody said yes to, or that was named on the command

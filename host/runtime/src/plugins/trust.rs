@@ -86,11 +86,7 @@ impl Trust {
         file: &Path,
         contents: impl FnOnce() -> Contents,
     ) -> TrustState {
-        // A link beside the program may lead anywhere, and one that leads there may be turned.
-        let lies_there = located(&place.path).parent() == file.parent();
-        let is_own = place.origin == Origin::BesideProgram
-            || file.parent().is_some_and(|folder| self.own.contains(folder));
-        if is_own && lies_there {
+        if self.is_own(place, file) {
             return TrustState::OfProgram;
         }
         if self.builds.contains(&contents()) {
@@ -102,6 +98,15 @@ impl Trust {
         } else {
             TrustState::New
         }
+    }
+
+    /// Whether a file that a place leads to is the program's own, whatever it holds.
+    pub(super) fn is_own(&self, place: &Place, file: &Path) -> bool {
+        // A link beside the program may lead anywhere, and one that leads there may be turned.
+        let lies_there = located(&place.path).parent() == file.parent();
+        let is_own = place.origin == Origin::BesideProgram
+            || file.parent().is_some_and(|folder| self.own.contains(folder));
+        is_own && lies_there
     }
 }
 

@@ -153,17 +153,28 @@ fn farthest(cloud: &Cloud, from: DVec3, radius_scale: f32, stride: usize) -> Far
     let from = (from - cloud.origin()).as_vec3();
     let radius = radius_of(cloud);
     let directions = directions();
-    let mut found = [(f32::NEG_INFINITY, Vec3::NAN); N_DIRECTIONS];
-    for (i, position) in cloud.positions().iter().enumerate().step_by(stride) {
-        let (offset, radius) = (*position - from, radius(i) * radius_scale);
-        for (found, towards) in found.iter_mut().zip(&directions) {
-            let along = offset.dot(*towards) + radius;
-            if along > found.0 {
-                *found = (along, offset + radius * *towards);
-            }
+    let positions = cloud.positions();
+    // Numbers and no vectors, and no branch: so that several directions are compared at a time.
+    let of = |axis: usize| directions.map(|towards| towards[axis]);
+    let [x, y, z] = [of(0), of(1), of(2)];
+    let mut most = [f32::NEG_INFINITY; N_DIRECTIONS];
+    let mut which = [u32::MAX; N_DIRECTIONS];
+    for (n, i) in (0..positions.len()).step_by(stride).enumerate() {
+        let (offset, radius) = (positions[i] - from, radius(i) * radius_scale);
+        for k in 0..N_DIRECTIONS {
+            let along = offset.x * x[k] + offset.y * y[k] + offset.z * z[k] + radius;
+            let is_farther = along > most[k];
+            most[k] = if is_farther { along } else { most[k] };
+            which[k] = if is_farther { n as u32 } else { which[k] };
         }
     }
-    found
+    std::array::from_fn(|k| match positions.get((which[k] as usize).saturating_mul(stride)) {
+        Some(position) => {
+            let radius = radius((which[k] as usize) * stride) * radius_scale;
+            (most[k], *position - from + radius * directions[k])
+        }
+        None => (f32::NEG_INFINITY, Vec3::NAN),
+    })
 }
 
 /// The longest half axis of a surfel, scene units.

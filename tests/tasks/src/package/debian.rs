@@ -12,6 +12,8 @@ use crate::cargo;
 /// Where the program and what it looks for beside itself lie.
 const LIBRARY: &str = "usr/lib/surfelshop";
 
+const MAINTAINER: &str = "The Surfelshop developers <surfelshop@example.org>";
+
 /// Debian's name of this machine's processor.
 fn architecture() -> &'static str {
     match std::env::consts::ARCH {
@@ -44,6 +46,7 @@ pub(super) fn build(folder: &Path, out: &Path) -> Result<PathBuf, String> {
     fs::remove_dir_all(&list).map_err(|error| said(&list, &error))?;
     compress_pages(&root.join("usr/share/man/man1"))?;
     copyright(folder, &root.join("usr/share/doc/surfelshop/copyright"))?;
+    changelog(version, &root)?;
     link(Path::new("../lib/surfelshop/surfelshop"), &root.join("usr/bin/surfelshop"))?;
     let control = root.join("DEBIAN/control");
     fs::create_dir_all(root.join("DEBIAN")).map_err(|error| said(&control, &error))?;
@@ -62,7 +65,7 @@ fn control_text(version: &str, kilobytes: u64) -> String {
         "Package: surfelshop\n\
          Version: {version}\n\
          Architecture: {}\n\
-         Maintainer: The Surfelshop developers <surfelshop@example.org>\n\
+         Maintainer: {MAINTAINER}\n\
          Installed-Size: {kilobytes}\n\
          Section: graphics\n\
          Priority: optional\n\
@@ -93,8 +96,59 @@ fn copyright(folder: &Path, to: &Path) -> Result<(), String> {
         text += &fs::read_to_string(&file).map_err(|error| said(&file, &error))?;
         text.push('\n');
     }
+    for (first, last, file) in COMMON_LICENCES {
+        text = by_reference(&text, first, last, file);
+    }
     fs::create_dir_all(to.parent().unwrap_or(to)).map_err(|error| said(to, &error))?;
     fs::write(to, text).map_err(|error| said(to, &error))
+}
+
+/// Licences that Debian has: the lines that their terms begin and end with, and the file that holds them.
+const COMMON_LICENCES: [(&str, &str, &str); 2] = [
+    ("Apache License", "END OF TERMS AND CONDITIONS", "Apache-2.0"),
+    ("GNU GENERAL PUBLIC LICENSE", "Public License instead of this License.", "GPL-2"),
+];
+
+/// Puts the name of Debian's file into the place of the terms of a licence; terms without an end stay.
+fn by_reference(text: &str, first: &str, last: &str, file: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut terms: Option<String> = None;
+    for line in text.split_inclusive('\n') {
+        let own = line.trim();
+        let Some(found) = &mut terms else {
+            match own == first {
+                true => terms = Some(line.to_owned()),
+                false => out.push_str(line),
+            }
+            continue;
+        };
+        found.push_str(line);
+        if own.ends_with(last) {
+            out += &format!("{first}: on Debian its text is /usr/share/common-licenses/{file}.\n");
+            terms = None;
+        } else if own.len() == super::licences::RULE && own.bytes().all(|byte| byte == b'-') {
+            // The next crate's: these terms end otherwise.
+            out.extend(terms.take());
+        }
+    }
+    out.extend(terms);
+    out
+}
+
+/// Policy asks for one: what changed is told by the checkout's history.
+fn changelog(version: &str, root: &Path) -> Result<(), String> {
+    let folder = root.join("usr/share/doc/surfelshop");
+    let file = folder.join("changelog");
+    let mut date = Command::new("git");
+    let date = cargo::output(date.args(["log", "-1", "--format=%aD"]))
+        .unwrap_or_else(|_| "Thu, 01 Jan 1970 00:00:00 +0000".to_owned());
+    let text = format!(
+        "surfelshop ({version}) unstable; urgency=medium\n\n  * Version {version}.\n\n -- {MAINTAINER}  {}\n",
+        date.trim()
+    );
+    fs::create_dir_all(&folder).map_err(|error| said(&folder, &error))?;
+    fs::write(&file, text).map_err(|error| said(&file, &error))?;
+    cargo::status(Command::new("gzip").args(["-9", "--no-name", "--force"]).arg(&file))
 }
 
 #[cfg(unix)]
@@ -136,5 +190,27 @@ mod tests {
             );
         }
         assert!(text.ends_with('\n'));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terms_that_debian_has_are_named() {
+        let rule = "-".repeat(super::super::licences::RULE);
+        let text = format!(
+            "MIT\nterms\n   Apache License\nVersion 2.0\nEND OF TERMS AND CONDITIONS\n\nCopyright A\n{rule}\n\
+             Apache License\nof another kind\n{rule}\nnext\n"
+        );
+        let [(first, last, file), _] = COMMON_LICENCES;
+        assert_eq!(
+            by_reference(&text, first, last, file),
+            format!(
+                "MIT\nterms\nApache License: on Debian its text is /usr/share/common-licenses/Apache-2.0.\n\n\
+                 Copyright A\n{rule}\nApache License\nof another kind\n{rule}\nnext\n"
+            )
+        );
     }
 }

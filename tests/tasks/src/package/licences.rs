@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use super::said;
 use crate::cargo;
 
+/// Characters of the line between the texts of two licences.
+pub(super) const RULE: usize = 80;
+
 /// A crate that is linked.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Linked {
@@ -42,7 +45,7 @@ pub(super) fn write(path: &Path, packages: &[String]) -> Result<(), String> {
         crates.len()
     );
     for (text, of) in texts {
-        let line = "-".repeat(80);
+        let line = "-".repeat(RULE);
         whole += &format!("\n{line}\n{}\n{line}\n\n{}\n", of.join(", "), text.trim());
     }
     fs::write(path, whole).map_err(|error| said(path, &error))
