@@ -36,7 +36,14 @@ impl Module {
             .set_max_recursion_depth(MAX_RECURSION)
             .set_max_stack_height(MAX_STACK_BYTES);
         // An engine of its own: the lists of an engine grow with every module and are never emptied.
-        let module = wasmi::Module::new(&Engine::new(&config), bytes).map_err(|error| {
+        // wasmi 2.0 divides by the number of functions of a code section, which is zero in some damaged modules.
+        let engine = Engine::new(&config);
+        // Both are dropped after a panic.
+        let compile = std::panic::AssertUnwindSafe(|| wasmi::Module::new(&engine, bytes));
+        let Ok(compiled) = std::panic::catch_unwind(compile) else {
+            return Err("its code cannot be run here: it is damaged".to_owned());
+        };
+        let module = compiled.map_err(|error| {
             format!("its code cannot be run here: {}", one_line(&error.to_string()))
         })?;
         Ok(Self { module })
