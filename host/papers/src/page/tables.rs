@@ -64,9 +64,13 @@ pub(super) fn extremes(entries: &[Made<'_>]) -> String {
     };
     let worse = entries.iter().filter_map(|made| made.effect.as_ref());
     let worse = worse.filter(|effect| effect.printed < effect.corrected).count();
+    let worse = match worse {
+        0 => String::new(),
+        n => format!(" In {n} the printed form has the smaller error; the reason says why."),
+    };
     format!(
-        "{} of {} errata show. The largest effect on the screen has {largest}, {:.1} % of white; the smallest {smallest}, \
-         {:.1} %. In {worse} the printed form has the smaller error; the reason says why.",
+        "{} of {} errata show. The largest effect on the screen has {largest}, {:.1} % of white; the smallest \
+         {smallest}, {:.1} %.{worse}",
         all.len(),
         entries.len(),
         100.0 * large,

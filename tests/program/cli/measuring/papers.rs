@@ -1,5 +1,5 @@
 //! `surfelshop papers`: its pages, what is found again, that the commands beside numbers measure them, parts, and the
-//! gallery. Costs 60 s of CPU time; with `SURFELSHOP_LONG` ten of all figures, tables and errata are drawn, which takes minutes.
+//! gallery (15 s). Costs 40 s of CPU time; with `SURFELSHOP_LONG` ten of all figures, tables and errata are drawn, which takes minutes.
 
 use crate::cli::program::TestFolder;
 use serde_json::Value;
@@ -230,8 +230,6 @@ fn levels(path: &std::path::Path) -> ((u32, u32), Vec<u8>) {
 }
 
 /// Invariant: the gallery of the README and the manual is what the program draws
-///
-/// Costs 20 s of CPU time.
 #[test]
 fn the_gallery_is_what_the_program_draws() {
     let folder = TestFolder::new();
