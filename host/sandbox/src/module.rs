@@ -36,9 +36,9 @@ impl Module {
             .set_max_recursion_depth(MAX_RECURSION)
             .set_max_stack_height(MAX_STACK_BYTES);
         // An engine of its own: the lists of an engine grow with every module and are never emptied.
-        // wasmi 2.0 divides by the number of functions of a code section, which is zero in some damaged modules.
         let engine = Engine::new(&config);
-        // Both are dropped after a panic.
+        // Strangers' bytes shall not end the program, whatever else the interpreter's reader takes for granted. Engine
+        // and module are dropped after a panic.
         let compile = std::panic::AssertUnwindSafe(|| wasmi::Module::new(&engine, bytes));
         let Ok(compiled) = std::panic::catch_unwind(compile) else {
             return Err("its code cannot be run here: it is damaged".to_owned());
