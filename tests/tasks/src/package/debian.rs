@@ -191,11 +191,6 @@ mod tests {
         }
         assert!(text.ends_with('\n'));
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     #[test]
     fn terms_that_debian_has_are_named() {
