@@ -19,4 +19,4 @@ pub(crate) use compose::{Composed, Library, fingerprint};
 pub(crate) use large_stack::{STACK_BYTES, on_large_stack};
 pub(crate) use members::{SurfaceMembers, members_read};
 pub(crate) use reflect::{Binding, BindingKind, EntryPoint, UniformMember, reflect};
-pub(crate) use work_limit::SPENT;
+pub(crate) use work_limit::{MAX_OF_INVOCATION, SPENT};

@@ -2,7 +2,8 @@
 //!
 //! Every loop counts its iterations in a variable of the invocation; each [`STRIDE`] of them add units of work to a
 //! word that all invocations of a frame share. Once that has reached its limit, every loop is left: loops in
-//! loops, and any number of invocations, end together. The host reads the word and refuses the picture.
+//! loops, and any number of invocations, end together. The host reads the word and refuses the picture. An invocation
+//! that alone would take too long sets the word to its limit.
 //!
 //! Invariants: loops with barriers in them are left by a count of the invocation alone, so that all invocations of
 //! a workgroup leave them alike; the word never wraps: none adds to it who finds it at its limit.
@@ -23,6 +24,10 @@ const STRIDE: u32 = 256;
 /// Operations in an iteration that count as one unit for a stride: a unit of work is 2^14 operations.
 const OPERATIONS: u64 = 64;
 
+/// Units of work that one invocation may spend: 2^30 operations, or 2^24 iterations of a short loop. An iteration that
+/// waits for memory takes up to a microsecond on a graphics card, so these are ten seconds or so.
+pub(crate) const MAX_OF_INVOCATION: u32 = 1 << 16;
+
 /// Most iterations, for an invocation, of all loops that have barriers in them. Sums and sorts of a workgroup take
 /// about as many as a workgroup has bits.
 const MAX_WITH_BARRIERS: u32 = 1 << 14;
@@ -31,6 +36,8 @@ const MAX_WITH_BARRIERS: u32 = 1 << 14;
 pub(super) struct WorkLimit {
     /// Iterations of an invocation since it last added to the word.
     counter: Handle<GlobalVariable>,
+    /// Units of work that an invocation has spent.
+    own: Handle<GlobalVariable>,
     /// Iterations of loops with barriers.
     with_barriers: Handle<GlobalVariable>,
     spent: Handle<GlobalVariable>,
@@ -67,6 +74,7 @@ impl WorkLimit {
         let mut add = |variable| module.global_variables.append(variable, Span::UNDEFINED);
         let mut limit = Self {
             counter: add(counter.clone()),
+            own: add(counter.clone()),
             with_barriers: add(counter),
             spent: add(word),
             most,
@@ -103,21 +111,32 @@ impl WorkLimit {
             bound_loops::put_counter(function, body, (counter, MAX_WITH_BARRIERS), leave);
             return;
         }
-        let counter = append(function, Expression::GlobalVariable(self.counter));
-        let word = append(function, Expression::GlobalVariable(self.spent));
+        let variables = [self.counter, self.own, self.spent];
+        let [counter, own, word] =
+            variables.map(|variable| append(function, Expression::GlobalVariable(variable)));
         let units = u32::try_from(size.div_ceil(OPERATIONS)).unwrap_or(u32::MAX).max(1);
-        let [zero, units, most] = [0, units, self.most].map(|value| literal(function, value));
+        // So that the sum below never wraps.
+        let units = units.min(MAX_OF_INVOCATION);
+        let [zero, units, most, most_own] =
+            [0, units, self.most, MAX_OF_INVOCATION].map(|value| literal(function, value));
         let mark = function.expressions.len();
-        let spent = append(function, Expression::Load { pointer: word });
-        let compare =
-            Expression::Binary { op: BinaryOperator::GreaterEqual, left: spent, right: most };
-        let is_spent = append(function, compare);
+        let [spent, of_invocation] =
+            [word, own].map(|pointer| append(function, Expression::Load { pointer }));
+        let mut binary = |op, left, right| append(function, Expression::Binary { op, left, right });
+        let is_spent = binary(BinaryOperator::GreaterEqual, spent, most);
+        let is_long = binary(BinaryOperator::GreaterEqual, of_invocation, most_own);
+        let sum = binary(BinaryOperator::Add, of_invocation, units);
         let emitted = function.expressions.range_from(mark);
+        let atomic = |fun, value| Statement::Atomic { pointer: word, fun, value, result: None };
+        let mut end_all = Block::new();
+        end_all.push(atomic(AtomicFunction::Max, most), span);
+        end_all.push(Statement::Break, span);
         let mut add = Block::new();
         add.push(Statement::Emit(emitted), span);
         add.push(Statement::If { condition: is_spent, accept: leave, reject: Block::new() }, span);
-        let fun = AtomicFunction::Add;
-        add.push(Statement::Atomic { pointer: word, fun, value: units, result: None }, span);
+        add.push(Statement::If { condition: is_long, accept: end_all, reject: Block::new() }, span);
+        add.push(atomic(AtomicFunction::Add, units), span);
+        add.push(Statement::Store { pointer: own, value: sum }, span);
         add.push(Statement::Store { pointer: counter, value: zero }, span);
         bound_loops::put_counter(function, body, (counter, STRIDE - 1), add);
     }
@@ -222,7 +241,8 @@ mod tests {
         )
         .unwrap();
         let all: Vec<usize> = module.functions.iter().map(|(_, f)| atomics(f)).collect();
-        assert_eq!((all, atomics(&module.entry_points[0].function)), (vec![2], 1));
+        // Each adds to the word, or sets it to its limit.
+        assert_eq!((all, atomics(&module.entry_points[0].function)), (vec![4], 2));
     }
 
     /// Invariant: vertices store nothing, whatever fragments do by the same functions
@@ -245,7 +265,7 @@ mod tests {
         )
         .unwrap();
         let of: Vec<usize> = module.entry_points.iter().map(|e| atomics(&e.function)).collect();
-        assert_eq!(of, [0, 1]);
+        assert_eq!(of, [0, 2]);
         assert_eq!(module.functions.iter().map(|(_, f)| atomics(f)).sum::<usize>(), 0);
     }
 

@@ -5,6 +5,7 @@ use crate::graph::RenderError;
 use crate::graph::plan::{Plan, Planned, targets_of};
 use crate::graph::readback::map;
 use crate::graph::recorder::Recorder;
+use crate::shader_compiler::MAX_OF_INVOCATION;
 use std::time::{Duration, Instant};
 use surfelshop_api::graph::{Groups, Pass, Work};
 
@@ -208,9 +209,10 @@ impl Watched {
         Err(RenderError::Overran {
             limit: DEVICE_TIME,
             message: format!(
-                "its loops were ended after {} operations, the most that those of a sandboxed plugin's frame may run \
-                 on this device",
-                u64::from(self.most) * OPERATIONS
+                "its loops were ended after {} operations, or {} of one invocation, the most that those of a sandboxed \
+                 plugin's frame may run on this device",
+                u64::from(self.most) * OPERATIONS,
+                u64::from(MAX_OF_INVOCATION) * OPERATIONS
             ),
         })
     }
