@@ -6,6 +6,7 @@
 mod ambient_occlusion;
 mod assets;
 mod dependencies;
+mod features;
 mod formats;
 mod imports;
 mod invariants;
