@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use surfelshop_api::{Projection, Scene, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_image::Image;
-use surfelshop_image::display::{DisplayTransform, develop, to_8_bit};
+use surfelshop_image::display_transform::{DisplayTransform, develop, to_8_bit};
 
 /// One way's pictures of a view.
 pub struct DrawnView {

@@ -132,7 +132,14 @@ pub(crate) struct BakeArguments {
     #[arg(long, value_name = "WHAT", value_parser = SelectStep::parse, allow_hyphen_values = true)]
     pub(crate) select: Vec<SelectStep>,
     /// The axis that `height` is along where it selects [default: that of the file, else y].
-    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "AXIS",
+        default_value_t,
+        hide_default_value = true,
+        allow_hyphen_values = true
+    )]
     pub(crate) up: UpAxis,
     /// Memory that the work over a pyramid takes at most, such as 500MB or 4GB.
     #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = values::memory)]
@@ -182,7 +189,14 @@ pub(crate) struct SelectArguments {
     #[arg(long, value_name = "NAME=VALUE", value_parser = ColumnValue::parse)]
     pub(crate) set: Vec<ColumnValue>,
     /// The axis that `height` is along [default: that of the file, else y].
-    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "AXIS",
+        default_value_t,
+        hide_default_value = true,
+        allow_hyphen_values = true
+    )]
     pub(crate) up: UpAxis,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,
@@ -214,7 +228,14 @@ pub(crate) struct MeasureArguments {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// The axis that heights are along [default: that of the scene or of the file, else y].
-    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "AXIS",
+        default_value_t,
+        hide_default_value = true,
+        allow_hyphen_values = true
+    )]
     pub(crate) up: UpAxis,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,

@@ -136,14 +136,10 @@ pub(crate) fn source_rows(
     source: &Source,
     row: &mut impl FnMut(&str, String) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let up = match source.up {
-        UpAxis::Unknown => None,
-        UpAxis::X => Some("x"),
-        UpAxis::Y => Some("y"),
-        UpAxis::Z => Some("z"),
-    };
-    if let Some(up) = up {
-        row("up", up.to_owned())?;
+    if let Some(up) = source.said_up() {
+        row("up", up.name().to_owned())?;
+    } else if let Some(up) = source.guessed_up {
+        row("up", format!("{}, by how the points lie before a camera", up.name()))?;
     }
     if source.metres_per_unit > 0.0 {
         row("unit", format!("{} m", source.metres_per_unit))?;

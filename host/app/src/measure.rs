@@ -5,7 +5,7 @@ use anyhow::{Context as _, bail, ensure};
 use serde_json::json;
 use std::path::Path;
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::display::UpDirection;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{
     Measure, MeasureKind, MeasuredRow, Profile, Quantity, SceneCloud, SceneFile, Units,
 };
@@ -13,7 +13,7 @@ use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::UpAxis;
-use surfelshop_session::output::measures::{measured, up_vector};
+use surfelshop_session::output::measures::measured;
 use surfelshop_session::output::{files, terminal};
 
 /// Runs the command.
@@ -71,20 +71,15 @@ fn up_of<'a>(
     arguments: &MeasureArguments,
     opened: Option<&SceneFile>,
     clouds: impl Iterator<Item = &'a Cloud>,
-) -> UpDirection {
+) -> Axis {
     match (arguments.up, opened.and_then(|scene| scene.up)) {
         (UpAxis::Auto, Some(up)) => up,
         (typed, _) => typed.or_of(clouds.map(Cloud::source)).into(),
     }
 }
 
-fn row(
-    i: usize,
-    measure: &Measure,
-    up: UpDirection,
-    clouds: &[&Cloud],
-) -> anyhow::Result<MeasuredRow> {
-    let (title, up) = (measure.title(i), up_vector(up));
+fn row(i: usize, measure: &Measure, up: Axis, clouds: &[&Cloud]) -> anyhow::Result<MeasuredRow> {
+    let (title, up) = (measure.title(i), up.direction());
     let mut quantities = measure.quantities(up);
     ensure!(
         !measure.kind.is_of_surfels() || !clouds.is_empty(),
@@ -100,11 +95,11 @@ fn scene_with(
     arguments: &MeasureArguments,
     opened: Option<&SceneFile>,
     more: &[Measure],
-    up: UpDirection,
+    up: Axis,
 ) -> SceneFile {
     let mut scene = opened.cloned().unwrap_or_else(|| SceneFile {
         clouds: arguments.files.iter().map(|file| SceneCloud::new(file).into()).collect(),
-        up: (up != UpDirection::default()).then_some(up),
+        up: (up != Axis::default()).then_some(up),
         ..SceneFile::default()
     });
     scene.measures.extend(more.iter().cloned().map(Into::into));
@@ -112,25 +107,20 @@ fn scene_with(
 }
 
 /// Writes the surfels of the profile.
-fn write_points(
-    path: &Path,
-    all: &[Measure],
-    up: UpDirection,
-    clouds: &[&Cloud],
-) -> anyhow::Result<()> {
+fn write_points(path: &Path, all: &[Measure], up: Axis, clouds: &[&Cloud]) -> anyhow::Result<()> {
     let mut profiles = all.iter().filter(|measure| measure.kind == MeasureKind::Profile);
     let (Some(measure), None) = (profiles.next(), profiles.next()) else {
         bail!("--points: expected one profile among the measures, found none or several");
     };
-    let profile = Profile::of(measure, up_vector(up), clouds)?;
+    let profile = Profile::of(measure, up.direction(), clouds)?;
     files::write_whole(path, profile.csv().as_bytes())
 }
 
 /// A line for people.
-fn line(row: &MeasuredRow, up: UpDirection, units: Units) -> String {
+fn line(row: &MeasuredRow, up: Axis, units: Units) -> String {
     let MeasuredRow { title, measure, quantities } = row;
     if measure.kind == MeasureKind::Note {
-        let text = units.label(measure, up_vector(up), &[]);
+        let text = units.label(measure, up.direction(), &[]);
         let name = if *title == text { "note" } else { title.as_str() };
         return format!("{name}: {text}");
     }

@@ -37,6 +37,7 @@ mod tests;
 mod toml_text;
 mod write;
 
+pub use assemble::guessed_up;
 pub use cloud::Cloud;
 pub use cloud::buffer::Buffer;
 pub use cloud::changes::changed_rows;
@@ -58,7 +59,7 @@ pub use inspect::{CloudContents, Contents, heads, inspect, stream};
 pub use options::{PreviewSink, ReadOptions, WriteOptions};
 pub use read::preview::PREVIEW_POINTS;
 pub use read::{PYRAMID, read};
-pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary};
+pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary, in_groups};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::{Progress, silent};
 pub use write::{Written, write, writer};

@@ -124,7 +124,8 @@ fn counts(parts: &[(u64, &str)]) -> String {
 }
 
 /// A number with a comma between thousands.
-fn in_groups(number: u64) -> String {
+#[must_use]
+pub fn in_groups(number: u64) -> String {
     let digits = number.to_string();
     let mut grouped = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -201,5 +202,18 @@ impl fmt::Display for Summary {
             write!(out, "\n  warning: {warning}")?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_told_apart() {
+        assert_eq!(
+            [0, 999, 1000, 438_101, 12_345_678].map(in_groups),
+            ["0", "999", "1,000", "438,101", "12,345,678"]
+        );
     }
 }

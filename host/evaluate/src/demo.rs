@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Scene, UnitKind, View};
 use surfelshop_cloud::scene::{ProbeSource, SceneEnvironment};
-use surfelshop_image::display::DisplayTransform;
+use surfelshop_image::display_transform::DisplayTransform;
 use surfelshop_render::RenderRequest;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::environment_map::{LoadedEnvironment, Probes};
@@ -198,6 +198,6 @@ impl Stage<'_> {
     }
 }
 
-fn backdrop() -> surfelshop_image::display::Background {
+fn backdrop() -> surfelshop_image::display_transform::Background {
     Backdrop::parse("#e8e6e1").map_or_else(|_| Default::default(), |backdrop| backdrop.0)
 }

@@ -1,9 +1,9 @@
 //! Pictures: what renderers give, how a screen shows it, what files hold, and how far two are apart.
 //!
 //! Invariants: this crate opens no device and knows no renderer; radiance stays linear until
-//! [`display`] exposes and tone-maps it.
+//! [`display_transform`] exposes and tone-maps it.
 
-pub mod display;
+pub mod display_transform;
 mod error;
 pub mod exr;
 mod eye_dome;

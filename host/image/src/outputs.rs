@@ -2,7 +2,7 @@
 //! display transform.
 
 use crate::Image;
-use crate::display::{Background, DisplayTransform, develop, develop_to_8_bit};
+use crate::display_transform::{Background, DisplayTransform, develop, develop_to_8_bit};
 use surfelshop_api::graph::Output;
 
 /// Brightness of the farthest depth, so that it differs from black.
@@ -108,7 +108,7 @@ pub fn not_finite(image: &Image) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::display::to_8_bit;
+    use crate::display_transform::to_8_bit;
 
     fn image(components: u32, data: &[f32]) -> Image {
         let width = data.len() as u32 / components;

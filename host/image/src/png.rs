@@ -1,6 +1,6 @@
 //! PNG files, of 8 or 16 bits a channel.
 
-use crate::display::{to_8_bit, to_16_bit};
+use crate::display_transform::{to_8_bit, to_16_bit};
 use crate::{FileError, Image};
 use image::{ImageBuffer, ImageReader, Limits, Rgba};
 use std::io::Cursor;

@@ -5,6 +5,7 @@ use crate::outcome::{Drawing, Grid, Number, Outcome, PictureFile};
 use anyhow::{Context as _, anyhow};
 use serde_json::Value;
 use std::path::Path;
+use surfelshop_cloud::in_groups;
 use surfelshop_session::output::files;
 use surfelshop_session::timing::{median, spread};
 
@@ -97,7 +98,7 @@ fn comparison(
     let shown = Path::new(reference).file_stem().and_then(|stem| stem.to_str());
     let shown = label(shown.unwrap_or(reference));
     let n_surfels = object.pointer("/facts/clouds/0/n_surfels").and_then(Value::as_u64);
-    let count = n_surfels.map_or(String::new(), |n| format!("{} surfels, ", grouped(n)));
+    let count = n_surfels.map_or(String::new(), |n| format!("{} surfels, ", in_groups(n)));
     let caption = format!("{count}against {shown}");
     let mut grid = Grid { caption, head, rows: Vec::new() };
     for (i, renderer) in renderers.iter().enumerate() {
@@ -139,19 +140,6 @@ fn comparison(
     }
     outcome.tables.push(grid);
     Ok(())
-}
-
-/// A whole number with its digits in threes.
-fn grouped(n: u64) -> String {
-    let digits = n.to_string();
-    let mut all = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            all.push(',');
-        }
-        all.push(digit);
-    }
-    all
 }
 
 fn report(
@@ -248,10 +236,6 @@ mod tests {
     fn lines_name_files_without_their_folders() {
         let line = "renderer `a/b` (/some/where/liba.so) on x / y";
         assert_eq!(without_folders(line), "renderer `a/b` (liba.so) on x / y");
-        assert_eq!(
-            [7, 1_234, 119_051, 1_000_000].map(grouped),
-            ["7", "1,234", "119,051", "1,000,000"]
-        );
     }
 
     #[test]

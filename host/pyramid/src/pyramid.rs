@@ -193,7 +193,9 @@ impl Pyramid {
         let clouds: Vec<&Cloud> = clouds.iter().filter(|cloud| !cloud.is_empty()).collect();
         let cloud = together(&clouds, self.origin(), Missing::LeftOut)
             .map_err(|error| PyramidError::file(&self.path, error.to_string()))?;
-        Ok(cloud.with_source(self.source.clone()).with_object(self.object()))
+        let guessed_up = surfelshop_cloud::guessed_up(&cloud, &self.source);
+        let source = Source { guessed_up, ..self.source.clone() };
+        Ok(cloud.with_source(source).with_object(self.object()))
     }
 
     /// The box that textures are fastened to: that of the same cloud in memory.

@@ -1,8 +1,11 @@
 //! What is rendered: what was typed, else what the scene says, else the usual.
 
 use crate::input::clouds::Clouds;
-use crate::input::environment_map;
+use crate::input::displayed::DisplayedClouds;
+use crate::input::environment_map::{self, LoadedEnvironment};
+use crate::input::formats::SessionFormats;
 use crate::input::pyramids::{self, Drawn, Wait};
+use crate::input::scenes::Source;
 use crate::options::camera::CameraSpec;
 use crate::options::colors::PointSpec;
 use crate::options::explicit::ExplicitOptions;
@@ -19,7 +22,7 @@ use surfelshop_cloud::display::DisplaySettings;
 use surfelshop_cloud::scene::{
     Backdrop, EyeDomeLighting, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
-use surfelshop_image::display::{self, Background, DisplayTransform};
+use surfelshop_image::display_transform::{self, Background, DisplayTransform};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 
 /// A view of a scene and where the file says so.
@@ -109,6 +112,15 @@ pub struct RenderSetup {
     pub detail_px: f32,
     /// The same of pyramids, which are merged where nobody says anything.
     pub pyramid_detail_px: f32,
+    /// What the clouds decide, where nobody has said which axis points up.
+    pub open: Option<OpenUp>,
+}
+
+/// What turns with the axis that clouds have upwards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OpenUp {
+    /// The light, too.
+    pub environment: bool,
 }
 
 impl RenderSetup {
@@ -122,6 +134,8 @@ impl RenderSetup {
         let file = opened.map(|opened| &opened.scene);
         let view = chosen.map(|chosen| chosen.view);
         let up = up(arguments, given, file);
+        let follows = environment_map::follows_up(&arguments.environment);
+        let open = (up == UpAxis::Auto).then_some(OpenUp { environment: follows });
         let environment = environment_map::wanted(
             &arguments.environment,
             up,
@@ -155,11 +169,37 @@ impl RenderSetup {
                 true => arguments.detail,
                 false => pyramids::DETAIL_PX,
             },
+            open,
         })
     }
 }
 
 impl RenderSetup {
+    /// Reads the light, then the clouds, and displays them. Where nobody said which axis points up, the clouds decide:
+    /// for heights, for the cameras of presets, and for a light that is named by its probe alone.
+    ///
+    /// # Errors
+    /// Where a file cannot be read, or the clouds cannot be displayed as asked.
+    pub fn read(
+        &mut self,
+        sources: &[Source],
+        formats: &SessionFormats,
+    ) -> anyhow::Result<(Option<LoadedEnvironment>, DisplayedClouds)> {
+        let mut light = environment_map::read_wanted(self.environment.as_ref())?;
+        let clouds = DisplayedClouds::read_whole(sources, formats)?;
+        if let Some(open) = self.open.take() {
+            let sources = clouds.loaded.iter().map(|loaded| loaded.cloud.source());
+            let up = UpAxis::Auto.or_of(sources);
+            self.display.up = up.axis();
+            if let Some(environment) = self.environment.as_mut().filter(|_| open.environment) {
+                let standing = environment_map::standing(environment.source.clone(), up);
+                (environment.forward, environment.up) = (standing.forward, standing.up);
+                light = light.map(|light| light.standing_as(environment));
+            }
+        }
+        Ok((light, DisplayedClouds::shown(clouds, &self.display)?))
+    }
+
     /// The same with nothing merged, as references are.
     pub fn unmerged(self) -> Self {
         Self { detail_px: 0.0, pyramid_detail_px: 0.0, ..self }
@@ -236,8 +276,8 @@ fn development(
     exposure_stops: f32,
 ) -> DisplayTransform {
     let typed = match arguments.tone_map {
-        ToneMapChoice::Clamp => display::ToneMap::Clamp,
-        ToneMapChoice::Neutral => display::ToneMap::Neutral,
+        ToneMapChoice::Clamp => display_transform::ToneMap::Clamp,
+        ToneMapChoice::Neutral => display_transform::ToneMap::Neutral,
     };
     let tone_map = match file.filter(|_| !given.has("tone_map")) {
         Some(file) => tone_map_of(file),
@@ -251,10 +291,10 @@ fn development(
 }
 
 /// How a scene brings highlights down.
-pub fn tone_map_of(file: &SceneFile) -> display::ToneMap {
+pub fn tone_map_of(file: &SceneFile) -> display_transform::ToneMap {
     match file.tone_map {
-        ToneMap::Clamp => display::ToneMap::Clamp,
-        ToneMap::Neutral => display::ToneMap::Neutral,
+        ToneMap::Clamp => display_transform::ToneMap::Clamp,
+        ToneMap::Neutral => display_transform::ToneMap::Neutral,
     }
 }
 
@@ -279,7 +319,8 @@ mod tests {
     use crate::options::explicit::parse;
     use glam::DVec3;
     use surfelshop_api::Projection;
-    use surfelshop_cloud::display::{ColorBy, ColorSource, UpDirection};
+    use surfelshop_cloud::display::{ColorBy, ColorSource};
+    use surfelshop_cloud::scene::Axis;
 
     /// A scene in which nothing is as usual.
     fn file() -> SceneFile {
@@ -296,7 +337,7 @@ mod tests {
         file.surface.radius_scale = 2.0;
         file.surface.depth_tolerance = 0.5;
         file.surface.low_pass = 0.25;
-        file.up = Some(UpDirection::Z);
+        file.up = Some(Axis::PlusZ);
         file.color.known = ColorSource::new(ColorBy::Normal);
         file
     }
@@ -329,7 +370,7 @@ mod tests {
         assert_eq!(staged.display, file().display());
         let expected = DisplayTransform {
             exposure_stops: -2.0,
-            tone_map: display::ToneMap::Neutral,
+            tone_map: display_transform::ToneMap::Neutral,
             background: Background::Color([0.25, 0.0, 0.5].map(linear_to_srgb)),
         };
         assert_eq!(staged.how, expected);

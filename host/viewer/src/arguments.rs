@@ -11,8 +11,8 @@ pub struct ViewerArguments {
     /// Clouds to look at in a window; without one it shows its start page.
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// The axis that points upwards; scans often have z.
-    #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
+    /// The axis that points upwards; scans often have z, what a depth camera took has -y.
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t, allow_hyphen_values = true)]
     pub up: UpAxis,
     /// Memory that an open pyramid takes at most, such as 500MB or 4GB [default: half of what is free].
     #[arg(long, value_name = "SIZE", value_parser = values::memory)]

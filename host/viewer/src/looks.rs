@@ -6,7 +6,7 @@ use surfelshop_api::params::Value;
 use surfelshop_api::{Scene, SurfaceSettings};
 use surfelshop_cloud::display::{ColorBy, ColorSource, Look as Shape};
 use surfelshop_cloud::scene::{EyeDomeLighting, ProbeSource};
-use surfelshop_image::display::ToneMap;
+use surfelshop_image::display_transform::ToneMap;
 use surfelshop_session::options::lights;
 
 /// A way to look at clouds.

@@ -14,7 +14,9 @@ use surfelshop_api::{Camera, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::environment_map::{self, Probe};
 use surfelshop_cloud::scene::{Axis, ProbeSource, SceneEnvironment};
-use surfelshop_image::display::{Background, DisplayTransform, ToneMap, develop_to_8_bit};
+use surfelshop_image::display_transform::{
+    Background, DisplayTransform, ToneMap, develop_to_8_bit,
+};
 use surfelshop_render::{Engine, RenderRequest};
 use surfelshop_tests::natural_light::{around, view_of};
 use surfelshop_tests::stage;

@@ -5,7 +5,7 @@ use anyhow::{Context as _, Result};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Value;
 use surfelshop_cloud::{Cloud, ReadOptions, read};
-use surfelshop_image::display::{DisplayTransform, develop_to_8_bit};
+use surfelshop_image::display_transform::{DisplayTransform, develop_to_8_bit};
 use surfelshop_tests::splats::{EdgeBench, bake, ell, sampled};
 use surfelshop_tests::stage;
 

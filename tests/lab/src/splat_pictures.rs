@@ -6,7 +6,7 @@ use glam::Vec3;
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::{ReadOptions, read};
 use surfelshop_image::Image;
-use surfelshop_image::display::{DisplayTransform, develop_to_8_bit};
+use surfelshop_image::display_transform::{DisplayTransform, develop_to_8_bit};
 use surfelshop_tests::splats::{Bench, MODES, splats, torso};
 
 pub(crate) fn run() -> Result<()> {

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Projection, Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_image::display::{DisplayTransform, develop, to_8_bit};
+use surfelshop_image::display_transform::{DisplayTransform, develop, to_8_bit};
 use surfelshop_render::{Backend, Engine, EngineOptions, GpuOptions};
 use surfelshop_tests::clouds::{self, Surfels};
 use surfelshop_tests::stage;

@@ -5,7 +5,7 @@ use std::slice;
 use surfelshop_api::prelude::*;
 use surfelshop_api::{Projection, Scene, View, static_plugin};
 use surfelshop_cloud::{Cloud, WriteOptions};
-use surfelshop_image::display::{DisplayTransform, develop, to_8_bit};
+use surfelshop_image::display_transform::{DisplayTransform, develop, to_8_bit};
 use surfelshop_tests::clouds::{self, Surfels};
 use surfelshop_tests::materials::Materials;
 use surfelshop_tests::stage;

@@ -451,7 +451,7 @@ fn opengl_computes_what_vulkan_computes() {
         let both = vulkan.shots(case).into_iter().zip(opengl.shots(case));
         for (kind, (a, b)) in ["nearest", "blended"].iter().zip(both) {
             let levels = |shot: &DrawnView| -> Vec<u8> {
-                use surfelshop_image::display::{DisplayTransform, develop, to_8_bit};
+                use surfelshop_image::display_transform::{DisplayTransform, develop, to_8_bit};
                 to_8_bit(&develop(&shot.color, &DisplayTransform::default()))
             };
             let (a, b) = (levels(&a), levels(&b));

@@ -2,6 +2,7 @@
 //! drops and repairs what cannot be drawn, estimates what is missing, and counts all of it.
 
 mod appearance;
+mod camera_frame;
 mod foreign;
 mod gaussians;
 pub(crate) mod memory_estimate;
@@ -22,6 +23,7 @@ use crate::options::ReadOptions;
 use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
 pub(crate) use appearance::NARROW_COLORS;
+pub use camera_frame::guessed_up;
 pub(crate) use gaussians::TrainedSplats;
 pub(crate) use gaussians::{are_splats, woven as woven_splats};
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
@@ -48,7 +50,7 @@ pub(crate) fn share_of_reading<'a>(
 /// A cloud of the table's points.
 pub(crate) fn cloud(
     mut table: Table,
-    source: Source,
+    mut source: Source,
     options: &ReadOptions<'_>,
 ) -> Result<Loaded, ReadFault> {
     let mut summary = Summary {
@@ -95,6 +97,7 @@ pub(crate) fn cloud(
         expected: "columns that make a cloud".to_owned(),
         found: error.to_string(),
     })?;
+    source.guessed_up = guessed_up(&cloud, &source);
     let cloud = with_provenance(&cloud, &table.comments, &summary).with_source(source);
     summary.n_surfels = cloud.len() as u64;
     summary.splats = splat_columns(&cloud);

@@ -7,7 +7,7 @@ use crate::memory;
 use crate::summary::Summary;
 use crate::table::Table;
 use glam::{DVec3, Vec3};
-use surfelshop_api::format::{SCAN, UpAxis};
+use surfelshop_api::format::SCAN;
 use surfelshop_geometry::sides::{self, Hints};
 use surfelshop_geometry::{Cancelled, Progress};
 
@@ -103,10 +103,6 @@ pub(super) fn face_what_is_seen(
 
 /// The direction that is up, where the file says so.
 fn up(source: &Source) -> Option<Vec3> {
-    match source.up {
-        UpAxis::X => Some(Vec3::X),
-        UpAxis::Y => Some(Vec3::Y),
-        UpAxis::Z => Some(Vec3::Z),
-        UpAxis::Unknown => source.grid_up.map(|up| up.as_vec3()),
-    }
+    let said = source.said_up().map(|axis| axis.direction());
+    said.or(source.grid_up).map(|up| up.as_vec3())
 }

@@ -1,5 +1,6 @@
 //! A cloud: named typed columns around an origin, and what can be done to it as a whole.
 
+pub(crate) mod axis;
 pub(crate) mod buffer;
 pub(crate) mod changes;
 pub(crate) mod color;
@@ -15,7 +16,6 @@ pub mod selection;
 pub(crate) mod source;
 pub(crate) mod splats;
 pub(crate) mod transform;
-
 use crate::error::CloudError;
 use crate::faces;
 use buffer::Buffer;

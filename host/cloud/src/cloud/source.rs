@@ -1,5 +1,6 @@
 //! What a file said of its clouds besides their points.
 
+use crate::cloud::axis::Axis;
 use glam::DVec3;
 use serde::Serialize;
 use surfelshop_api::format::{CloudHeader, Pose, UpAxis};
@@ -20,6 +21,8 @@ pub struct Scan {
 pub struct Source {
     /// The axis that points up.
     pub up: UpAxis,
+    /// The axis that points up by the places of the points, where the file says none and they tell it.
+    pub guessed_up: Option<Axis>,
     /// Metres of a unit of coordinates; 0 where unknown.
     pub metres_per_unit: f64,
     /// Coordinate reference system as the file has it; may be empty.
@@ -55,6 +58,7 @@ impl Source {
         let mut metres = headers().map(|header| header.metres_per_unit);
         Self {
             up: up.unwrap_or_default(),
+            guessed_up: None,
             metres_per_unit: metres
                 .find(|metres| metres.is_finite() && *metres > 0.0)
                 .unwrap_or(0.0),
@@ -65,6 +69,17 @@ impl Source {
             grid: None,
             grid_up: None,
             comments: Vec::new(),
+        }
+    }
+
+    /// The axis that the file says points up.
+    #[must_use]
+    pub fn said_up(&self) -> Option<Axis> {
+        match self.up {
+            UpAxis::Unknown => None,
+            UpAxis::X => Some(Axis::PlusX),
+            UpAxis::Y => Some(Axis::PlusY),
+            UpAxis::Z => Some(Axis::PlusZ),
         }
     }
 

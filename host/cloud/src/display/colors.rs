@@ -7,9 +7,10 @@ use super::keys::ColorKey;
 use super::maps::{ColorMap, encoded};
 use super::palette::{Palette, oklab};
 use super::scalar::{BLOCK, Scalar};
-use super::settings::{Attribute, ColorBy, ColorSource, MapChoice, RangeEnd, Scale, UpDirection};
+use super::settings::{Attribute, ColorBy, ColorSource, MapChoice, RangeEnd, Scale};
 use super::statistics::{MOST_CATEGORIES, Statistics};
 use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::memory::ask;
@@ -29,7 +30,7 @@ pub enum Colors {
     /// One for all, sRGB-encoded.
     Uniform([u8; 3]),
     /// By the direction of normals.
-    Normal(UpDirection),
+    Normal(Axis),
     /// By numbers along a map.
     Ramp(Ramp),
     /// By category.
@@ -73,7 +74,7 @@ impl Colors {
     pub(super) fn of(
         source: &ColorSource,
         clouds: &[&Cloud],
-        up: UpDirection,
+        up: Axis,
     ) -> Result<Self, DisplayError> {
         let attribute = match &source.by {
             ColorBy::File => return Ok(Self::File),
@@ -116,11 +117,7 @@ impl Colors {
     }
 
     /// The column of colours for a cloud; `None` where it keeps its own.
-    pub(super) fn column(
-        &self,
-        cloud: &Cloud,
-        up: UpDirection,
-    ) -> Result<Option<Column>, DisplayError> {
+    pub(super) fn column(&self, cloud: &Cloud, up: Axis) -> Result<Option<Column>, DisplayError> {
         let scalar = match self.attribute() {
             Some(attribute) => Scalar::of(cloud, attribute, up)?,
             None => None,
@@ -279,7 +276,7 @@ fn by_number(scalar: &Scalar<'_>, color: impl Fn(f64) -> [u8; 3] + Sync) -> Vec<
 }
 
 /// Colours of normals.
-fn by_normal(cloud: &Cloud, up: UpDirection) -> Vec<u8> {
+fn by_normal(cloud: &Cloud, up: Axis) -> Vec<u8> {
     let normals = cloud.normals();
     let mut colors = vec![0; 3 * cloud.len()];
     let (rows, _) = colors.as_chunks_mut::<3>();
@@ -291,17 +288,15 @@ fn by_normal(cloud: &Cloud, up: UpDirection) -> Vec<u8> {
 
 /// The colour of a direction, sRGB-encoded: what faces upwards is light, what faces downwards dark, and what
 /// faces sideways has the hue of its azimuth. Neutral where it is no direction.
-pub(super) fn normal_color(normal: Vec3, up: UpDirection) -> [u8; 3] {
+pub(super) fn normal_color(normal: Vec3, up: Axis) -> [u8; 3] {
     /// Lightness of what faces sideways, and how much lighter what faces upwards is.
     const LIGHTNESS: [f32; 2] = [0.70, 0.25];
     const CHROMA: f32 = 0.14;
     // The hue of the first axis is that of red.
     const FIRST: (f32, f32) = (0.489, 0.872);
     let Some(n) = normal.try_normalize() else { return neutral() };
-    let (x, y, upwards) = match up {
-        UpDirection::Y => (n.x, -n.z, n.y),
-        UpDirection::Z => (n.x, n.y, n.z),
-    };
+    let n = up.to_y_up(n.as_dvec3()).as_vec3();
+    let (x, y, upwards) = (n.x, -n.z, n.y);
     let (sin, cos) = FIRST;
     let (a, b) = (x * cos - y * sin, x * sin + y * cos);
     oklab(LIGHTNESS[0] + LIGHTNESS[1] * upwards, CHROMA * a, CHROMA * b)

@@ -3,8 +3,9 @@
 use super::cache;
 use super::error::DisplayError;
 use super::scalar::Scalar;
-use super::settings::{Attribute, Scale, UpDirection};
+use super::settings::{Attribute, Scale};
 use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
 use std::sync::Arc;
 
 /// Bins of a histogram.
@@ -32,7 +33,7 @@ pub struct Histogram {
 pub fn histogram(
     clouds: &[&Cloud],
     attribute: &Attribute,
-    up: UpDirection,
+    up: Axis,
     range: [f64; 2],
     scale: Scale,
 ) -> Result<Histogram, DisplayError> {
@@ -117,14 +118,13 @@ mod tests {
         let cloud = floats(&numbers);
         let attribute = Attribute::column("a");
         let linear =
-            |range| histogram(&[&cloud], &attribute, UpDirection::Y, range, Scale::Linear).unwrap();
+            |range| histogram(&[&cloud], &attribute, Axis::PlusY, range, Scale::Linear).unwrap();
         let found = linear([0.0, 256.0]);
         assert_eq!(found.bins[..255], [2; 255]);
         assert_eq!((found.bins[255], found.n_below, found.n_above), (3, 2, 1));
         assert_eq!(linear([0.0, 256.0]), found);
         let range = [1.0, 65536.0];
-        let log =
-            histogram(&[&cloud], &attribute, UpDirection::Y, range, Scale::Logarithmic).unwrap();
+        let log = histogram(&[&cloud], &attribute, Axis::PlusY, range, Scale::Logarithmic).unwrap();
         // 16 octaves of 16 bins: from 128 to 256 there are 256 halves.
         assert_eq!(log.bins[7 * 16..8 * 16].iter().sum::<u64>(), 256);
         assert_eq!(log.n_below, 4, "0, 0.5, -1 and minus infinity");

@@ -3,7 +3,8 @@
 use super::filter::{FilterAction, FilterTest};
 use super::maps::ColorMap;
 use super::palette::Palette;
-use super::settings::{Scale, UpDirection};
+use super::settings::Scale;
+use crate::cloud::axis::Axis;
 
 /// Tells the numbers of an attribute from all others: equal keys mean equal numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -12,6 +13,8 @@ pub(super) struct ScalarKey {
     pub(super) component: u32,
     /// Bits of what is added.
     pub(super) offset: u64,
+    /// Whether the sign is changed.
+    pub(super) is_reversed: bool,
 }
 
 /// Tells a column of colours from all others.
@@ -19,7 +22,7 @@ pub(super) struct ScalarKey {
 pub(super) enum ColorKey {
     /// So many of one colour.
     Uniform(usize, [u8; 3]),
-    Normal(u64, UpDirection),
+    Normal(u64, Axis),
     Ramp(ScalarKey, ColorMap, Scale, [u64; 2]),
     Categories(ScalarKey, Palette),
 }

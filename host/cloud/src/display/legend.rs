@@ -2,8 +2,9 @@
 
 use super::colors::{Categories, Colors, Ramp, normal_color};
 use super::filter::Filter;
-use super::settings::{Attribute, UpDirection};
+use super::settings::Attribute;
 use super::ticks::{Tick, ticks};
+use crate::cloud::axis::Axis;
 use glam::Vec3;
 
 /// What colours mean.
@@ -89,23 +90,23 @@ fn of_categories(categories: &Categories, filters: &[Filter]) -> Legend {
 }
 
 /// The six directions of the axes.
-fn normals(up: UpDirection) -> Legend {
+fn normals(up: Axis) -> Legend {
     let along = |axis: usize, sign: f32| {
         let mut direction = [0.0; 3];
         direction[axis] = sign;
         let name = ["x", "y", "z"][axis];
-        let label = match (axis == up.axis() as usize, sign > 0.0) {
+        let name = if sign > 0.0 { name.to_owned() } else { format!("-{name}") };
+        let label = match (axis == up.index(), f64::from(sign) == up.sign()) {
             (true, true) => format!("up, {name}"),
-            (true, false) => format!("down, -{name}"),
-            (false, true) => name.to_owned(),
-            (false, false) => format!("-{name}"),
+            (true, false) => format!("down, {name}"),
+            (false, _) => name,
         };
         LegendEntry { color: normal_color(Vec3::from(direction), up), label, n: None }
     };
-    let up_axis = up.axis() as usize;
+    let (up_axis, sign) = (up.index(), up.sign() as f32);
     let sideways = (0..3).filter(|axis| *axis != up_axis);
-    let mut all = vec![along(up_axis, 1.0)];
+    let mut all = vec![along(up_axis, sign)];
     all.extend(sideways.flat_map(|axis| [along(axis, 1.0), along(axis, -1.0)]));
-    all.push(along(up_axis, -1.0));
+    all.push(along(up_axis, -sign));
     Legend { title: "normal".to_owned(), unit: None, body: LegendBody::List(all) }
 }

@@ -30,6 +30,9 @@ mod tables;
 mod tests;
 mod ticks;
 
+use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
+use colors::unknown;
 pub use colors::{Categories, Colors, Ramp};
 pub use error::DisplayError;
 pub use filter::{Filter, FilterAction, FilterTest};
@@ -38,17 +41,12 @@ pub use histogram::{HISTOGRAM_BINS, Histogram, histogram};
 pub use legend::{Legend, LegendBody, LegendEntry};
 pub use maps::{ColorMap, MAP_SIZE};
 pub use palette::Palette;
-pub use settings::{
-    Attribute, ColorBy, ColorSource, DisplaySettings, MapChoice, RangeEnd, Scale, UpDirection,
-};
+use scalar::Scalar;
+pub use settings::{Attribute, ColorBy, ColorSource, DisplaySettings, MapChoice, RangeEnd, Scale};
 pub use splat_settings::{Look, SplatSettings};
 pub use statistics::{MOST_CATEGORIES, Statistics};
-pub use ticks::{Tick, ticks};
-
-use crate::cloud::Cloud;
-use colors::unknown;
-use scalar::Scalar;
 use std::sync::Arc;
+pub use ticks::{Tick, ticks};
 
 /// What settings mean for the clouds that are displayed together.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +54,7 @@ pub struct Display {
     colors: Colors,
     filters: Vec<Filter>,
     splats: SplatSettings,
-    up: UpDirection,
+    up: Axis,
 }
 
 /// A cloud as it is displayed.
@@ -82,7 +80,7 @@ impl Displayed {
 impl Default for Display {
     /// Everything as it is.
     fn default() -> Self {
-        let (splats, up) = (SplatSettings::default(), UpDirection::default());
+        let (splats, up) = (SplatSettings::default(), Axis::default());
         Self { colors: Colors::File, filters: Vec::new(), splats, up }
     }
 }
@@ -91,7 +89,7 @@ impl Default for Display {
 pub(crate) fn numbers<'a>(
     cloud: &'a Cloud,
     attribute: &Attribute,
-    up: UpDirection,
+    up: Axis,
 ) -> Result<impl Fn(usize) -> f64 + Sync + Send + use<'a>, DisplayError> {
     let scalar = Scalar::of(cloud, attribute, up)?;
     let scalar = scalar.ok_or_else(|| unknown(&[cloud], attribute))?;

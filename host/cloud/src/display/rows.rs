@@ -5,8 +5,9 @@ use super::error::DisplayError;
 use super::filter::{Filter, FilterAction, FilterTest};
 use super::hidden::{self, HIDDEN};
 use super::scalar::{BLOCK, Scalar};
-use super::settings::{Attribute, UpDirection};
+use super::settings::Attribute;
 use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
 use crate::cloud::column::Column;
 use crate::faces;
 use crate::memory::ask;
@@ -22,7 +23,7 @@ use surfelshop_api::columns::COLOR;
 pub(super) fn filtered(
     cloud: &Cloud,
     filters: &[Filter],
-    up: UpDirection,
+    up: Axis,
 ) -> Result<Option<Rows>, DisplayError> {
     let by_hand = Filter {
         attribute: Attribute::column(HIDDEN),

@@ -2,8 +2,9 @@
 
 use super::error::DisplayError;
 use super::keys::ScalarKey;
-use super::settings::{Attribute, UpDirection};
+use super::settings::Attribute;
 use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
 use crate::cloud::buffer::{Buffer, with_vec};
 use rayon::prelude::*;
 use surfelshop_api::columns::{Element, POSITION};
@@ -18,6 +19,8 @@ pub(super) struct Scalar<'a> {
     component: usize,
     /// What is added to each.
     offset: f64,
+    /// What each is multiplied by then: 1 or -1.
+    sign: f64,
     generation: u64,
 }
 
@@ -29,14 +32,14 @@ impl<'a> Scalar<'a> {
     pub(super) fn of(
         cloud: &'a Cloud,
         attribute: &Attribute,
-        up: UpDirection,
+        up: Axis,
     ) -> Result<Option<Self>, DisplayError> {
-        let (name, component, offset) = match attribute {
+        let (name, component, offset, sign) = match attribute {
             Attribute::Height => {
-                let axis = up.axis();
-                (POSITION, axis, cloud.origin()[axis as usize])
+                let axis = up.index();
+                (POSITION, axis as u32, cloud.origin()[axis], up.sign())
             }
-            Attribute::Column { name, component } => (name.as_str(), *component, 0.0),
+            Attribute::Column { name, component } => (name.as_str(), *component, 0.0, 1.0),
         };
         let Some(column) = cloud.column(name) else { return Ok(None) };
         let (column_name, components) = (name.to_owned(), column.components());
@@ -49,13 +52,15 @@ impl<'a> Scalar<'a> {
         }
         let (components, component) = (components as usize, component as usize);
         let generation = column.generation();
-        Ok(Some(Self { values: column.values(), components, component, offset, generation }))
+        let values = column.values();
+        Ok(Some(Self { values, components, component, offset, sign, generation }))
     }
 
     /// Tells them from others.
     pub(super) fn key(&self) -> ScalarKey {
         let (generation, component) = (self.generation, self.component as u32);
-        ScalarKey { generation, component, offset: self.offset.to_bits() }
+        let is_reversed = self.sign < 0.0;
+        ScalarKey { generation, component, offset: self.offset.to_bits(), is_reversed }
     }
 
     /// How many there are.
@@ -72,6 +77,9 @@ impl<'a> Scalar<'a> {
     pub(super) fn read(&self, start: usize, out: &mut [f64]) {
         let (components, component, offset) = (self.components, self.component, self.offset);
         with_vec!(self.values, vec => fill(out, vec, [start, components, component], offset));
+        if self.sign < 0.0 {
+            out.iter_mut().for_each(|value| *value = -*value);
+        }
     }
 
     /// The number of a surfel; NaN where there is none.

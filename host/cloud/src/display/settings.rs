@@ -5,6 +5,7 @@ use super::hidden::HIDDEN;
 use super::maps::ColorMap;
 use super::splat_settings::SplatSettings;
 use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
 
 /// How clouds are displayed: what colours their surfels, which of them are shown, and how they look.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,7 +17,7 @@ pub struct DisplaySettings {
     /// How surfels look.
     pub splats: SplatSettings,
     /// The axis that heights are measured along.
-    pub up: UpDirection,
+    pub up: Axis,
 }
 
 impl DisplaySettings {
@@ -24,41 +25,6 @@ impl DisplaySettings {
     pub fn is_plain<'a>(&self, mut clouds: impl Iterator<Item = &'a Cloud>) -> bool {
         let is_plain = self.color.by == ColorBy::File && self.filters.is_empty();
         is_plain && clouds.all(|cloud| self.splats.leaves(cloud) && cloud.column(HIDDEN).is_none())
-    }
-}
-
-/// The axis that points upwards in a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UpDirection {
-    /// As in modelling programs and in this one.
-    #[default]
-    Y,
-    /// As in surveying.
-    Z,
-}
-
-impl UpDirection {
-    /// The name in files and on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Y => "y",
-            Self::Z => "z",
-        }
-    }
-
-    /// The direction of a name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        [Self::Y, Self::Z].into_iter().find(|up| up.name() == name)
-    }
-
-    /// The index of its coordinate.
-    pub(super) fn axis(self) -> u32 {
-        match self {
-            Self::Y => 1,
-            Self::Z => 2,
-        }
     }
 }
 

@@ -5,8 +5,9 @@
 use super::cache;
 use super::error::DisplayError;
 use super::scalar::Scalar;
-use super::settings::{Attribute, UpDirection, whole};
+use super::settings::{Attribute, whole};
 use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -47,11 +48,7 @@ impl Statistics {
     ///
     /// # Errors
     /// Where a column has fewer components. An attribute that no cloud has gives statistics of nothing.
-    pub fn of(
-        clouds: &[&Cloud],
-        attribute: &Attribute,
-        up: UpDirection,
-    ) -> Result<Self, DisplayError> {
+    pub fn of(clouds: &[&Cloud], attribute: &Attribute, up: Axis) -> Result<Self, DisplayError> {
         let mut parts = Vec::with_capacity(clouds.len());
         for cloud in clouds {
             if let Some(scalar) = Scalar::of(cloud, attribute, up)? {
@@ -287,7 +284,7 @@ mod tests {
     use crate::cloud::buffer::Buffer;
 
     fn statistics(clouds: &[&Cloud]) -> Statistics {
-        Statistics::of(clouds, &Attribute::column("a"), UpDirection::Y).unwrap()
+        Statistics::of(clouds, &Attribute::column("a"), Axis::PlusY).unwrap()
     }
 
     /// Numbers in no order, each once.

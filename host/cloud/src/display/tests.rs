@@ -1,4 +1,5 @@
 use super::*;
+use crate::cloud::axis::Axis;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use glam::DVec3;
@@ -172,7 +173,7 @@ fn heights_are_world_coordinates_along_the_upward_axis() {
     let filter = Filter { attribute: Attribute::Height, action: FilterAction::Keep, test };
     let mut settings = DisplaySettings { filters: vec![filter], ..by(Attribute::Height) };
     assert_eq!(display(&moved, &settings).kept.as_deref(), Some(&[1][..]));
-    settings.up = UpDirection::Z;
+    settings.up = Axis::PlusZ;
     settings.filters[0].test = FilterTest::Range([-2.0, -2.0]);
     let shown = display(&moved, &settings);
     assert!(shown.kept.is_none());
@@ -224,21 +225,21 @@ fn normals_are_told_apart_by_their_direction_whatever_their_length() {
     let all = colors::normal_color;
     let directions = [glam::Vec3::X, -glam::Vec3::X, glam::Vec3::Y, -glam::Vec3::Y, glam::Vec3::Z];
     for (i, a) in directions.iter().enumerate() {
-        assert_eq!(all(*a, UpDirection::Y), all(*a * 0.01, UpDirection::Y));
+        assert_eq!(all(*a, Axis::PlusY), all(*a * 0.01, Axis::PlusY));
         for b in &directions[..i] {
-            assert_ne!(all(*a, UpDirection::Y), all(*b, UpDirection::Y));
+            assert_ne!(all(*a, Axis::PlusY), all(*b, Axis::PlusY));
         }
     }
     let light = |color: [u8; 3]| color.iter().map(|c| u32::from(*c)).sum::<u32>();
-    assert!(light(all(glam::Vec3::Y, UpDirection::Y)) > light(all(-glam::Vec3::Y, UpDirection::Y)));
+    assert!(light(all(glam::Vec3::Y, Axis::PlusY)) > light(all(-glam::Vec3::Y, Axis::PlusY)));
     // Up is up: turned with the axis, a direction keeps its colour.
-    assert_eq!(all(glam::Vec3::Y, UpDirection::Y), all(glam::Vec3::Z, UpDirection::Z));
-    assert_eq!(all(-glam::Vec3::Z, UpDirection::Y), all(glam::Vec3::Y, UpDirection::Z));
-    assert_eq!(all(glam::Vec3::ZERO, UpDirection::Y), [188; 3]);
+    assert_eq!(all(glam::Vec3::Y, Axis::PlusY), all(glam::Vec3::Z, Axis::PlusZ));
+    assert_eq!(all(-glam::Vec3::Z, Axis::PlusY), all(glam::Vec3::Y, Axis::PlusZ));
+    assert_eq!(all(glam::Vec3::ZERO, Axis::PlusY), [188; 3]);
     let color = ColorSource::new(ColorBy::Normal);
     let settings = DisplaySettings { color, ..DisplaySettings::default() };
     let shown = display(&floats(&[1.0]), &settings).cloud;
-    assert_eq!(colors(&shown), [all(glam::Vec3::Y, UpDirection::Y)]);
+    assert_eq!(colors(&shown), [all(glam::Vec3::Y, Axis::PlusY)]);
     assert!(Display::new(&settings, &[&shown]).unwrap().legend().is_some());
 }
 

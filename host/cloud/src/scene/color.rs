@@ -4,17 +4,17 @@ use super::keyed::Keyed;
 use super::limits::MOST_FILTER_VALUES;
 use super::parts::hexadecimal_codes;
 use super::source::{Entry, Fault, Section};
+use crate::cloud::axis::Axis;
 use crate::display::{
     Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, MapChoice, RangeEnd, Scale,
-    UpDirection,
 };
 use crate::toml_text::{Entries, entry, vector, with_unknown};
 use toml::Value;
 
 /// The axis that points upwards.
-pub(super) fn up(entry: &Entry<'_>) -> Result<UpDirection, Fault> {
-    let up = entry.text().and_then(UpDirection::from_name);
-    up.ok_or_else(|| entry.wrong("\"y\" or \"z\""))
+pub(super) fn up(entry: &Entry<'_>) -> Result<Axis, Fault> {
+    let up = entry.text().and_then(Axis::from_name);
+    up.ok_or_else(|| entry.wrong("\"y\", \"z\", \"-y\", \"-z\", \"x\" or \"-x\""))
 }
 
 /// The section `color`.

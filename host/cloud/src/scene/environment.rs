@@ -3,6 +3,7 @@
 use super::keyed::Keyed;
 use super::parts::stops;
 use super::source::{Entry, Fault, Section};
+use crate::cloud::axis::Axis;
 use crate::environment_map::Mapping;
 use glam::{DMat3, DQuat, DVec3};
 use std::path::PathBuf;
@@ -16,68 +17,6 @@ pub enum ProbeSource {
     Studio,
     /// The built-in clear sky with a sun.
     Sky,
-}
-
-/// A direction along an axis of the world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Axis {
-    /// Towards +x.
-    PlusX,
-    /// Towards -x.
-    MinusX,
-    /// Towards +y.
-    PlusY,
-    /// Towards -y.
-    MinusY,
-    /// Towards +z.
-    PlusZ,
-    /// Towards -z.
-    MinusZ,
-}
-
-impl Axis {
-    /// All six.
-    pub const ALL: [Self; 6] =
-        [Self::PlusX, Self::MinusX, Self::PlusY, Self::MinusY, Self::PlusZ, Self::MinusZ];
-
-    /// The name in files and on the command line: `x`, `-x` and so on.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PlusX => "x",
-            Self::MinusX => "-x",
-            Self::PlusY => "y",
-            Self::MinusY => "-y",
-            Self::PlusZ => "z",
-            Self::MinusZ => "-z",
-        }
-    }
-
-    /// The axis of a name, with or without `+`.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        let name = name.strip_prefix('+').unwrap_or(name);
-        Self::ALL.into_iter().find(|axis| axis.name() == name)
-    }
-
-    /// Whether two axes are at a right angle.
-    #[must_use]
-    pub fn is_across(self, other: Self) -> bool {
-        self.direction().cross(other.direction()) != DVec3::ZERO
-    }
-
-    /// The unit vector.
-    #[must_use]
-    pub fn direction(self) -> DVec3 {
-        match self {
-            Self::PlusX => DVec3::X,
-            Self::MinusX => DVec3::NEG_X,
-            Self::PlusY => DVec3::Y,
-            Self::MinusY => DVec3::NEG_Y,
-            Self::PlusZ => DVec3::Z,
-            Self::MinusZ => DVec3::NEG_Z,
-        }
-    }
 }
 
 /// The light around a scene.

@@ -5,10 +5,9 @@ use super::environment::{ProbeSource, SceneEnvironment};
 use super::keyed::Keyed;
 use super::measures::Measure;
 use super::paths;
+use crate::cloud::axis::Axis;
 use crate::cloud::transform::Transform;
-use crate::display::{
-    ColorSource, DisplaySettings, Filter, HiddenSurfels, SplatSettings, UpDirection,
-};
+use crate::display::{ColorSource, DisplaySettings, Filter, HiddenSurfels, SplatSettings};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -44,7 +43,7 @@ pub struct SceneFile {
     /// How surfels become a surface.
     pub surface: Keyed<SurfaceSettings>,
     /// The axis that points upwards; `None` where the scene does not say, and it is y.
-    pub up: Option<UpDirection>,
+    pub up: Option<Axis>,
     /// What colours surfels.
     pub color: Keyed<ColorSource>,
     /// Surfels are shown that all of these let through, at most [`MOST_FILTERS`](super::MOST_FILTERS).

@@ -25,8 +25,9 @@ mod source;
 mod splats;
 mod write;
 
+pub use crate::cloud::axis::Axis;
 pub use display::{Backdrop, EyeDomeLighting, EyeDomeUse, ToneMap};
-pub use environment::{Axis, ProbeSource, SceneEnvironment};
+pub use environment::{ProbeSource, SceneEnvironment};
 pub use error::{SceneError, SceneFault, SceneWriteError};
 pub use file::{CloudRenderer, SceneCloud, SceneFile, SceneView};
 pub use keyed::Keyed;

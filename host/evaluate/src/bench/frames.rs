@@ -15,8 +15,6 @@ use std::time::Duration;
 use surfelshop_api::View;
 use surfelshop_runtime::plugins::Registry;
 use surfelshop_session::input::clouds::Clouds;
-use surfelshop_session::input::displayed::DisplayedClouds;
-use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -83,16 +81,12 @@ impl Session<'_> {
         let picture = |size| arguments.picture(size);
         // Nothing of it depends on the size.
         let staging = RenderSetup::new(&picture(Size([1, 1]))?, self.given, opened, seen.as_ref())?;
-        let staging = without_antialiasing(name, staging);
+        let mut staging = without_antialiasing(name, staging);
         let named = renderers(arguments, self.registry)?;
         let patience = arguments.plugins.patience();
         let mut all = requests::with_settings(named, &arguments.set, opened, &patience)?;
-        let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-        let displayed = DisplayedClouds::read(
-            &inputs.sources,
-            &staging.display,
-            &SessionFormats::new(&arguments.plugins),
-        )?;
+        let formats = SessionFormats::new(&arguments.plugins);
+        let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
         let clouds = &displayed.clouds;
         let infos = &clouds.facts.clouds;
         requests::draw_beside(&mut all, self.registry, &inputs.sources, infos)?;

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use std::path::Path;
 use surfelshop_api::graph::Output;
-use surfelshop_image::display::DisplayTransform;
+use surfelshop_image::display_transform::DisplayTransform;
 use surfelshop_image::{Image, exr, outputs, png};
 use surfelshop_runtime::plugins::UnitRef;
 use surfelshop_session::output::{command_line, terminal};

@@ -2,8 +2,8 @@
 //! leave theirs behind, and are put together again.
 
 use super::measured::errors;
+use crate::comparison_page::{Column, Page, Picture, Table};
 use crate::csv;
-use crate::html_page::{Column, Page, Picture, Table};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use super::candidate::Drawn;
 use surfelshop_image::Image;
-use surfelshop_image::display::DisplayTransform;
+use surfelshop_image::display_transform::DisplayTransform;
 use surfelshop_image::metrics::{self, Comparison, Errors, Maps, Reference};
 use surfelshop_session::setup::RenderSetup;
 use surfelshop_session::timing::Run;

@@ -26,8 +26,6 @@ use std::path::Path;
 use surfelshop_api::UnitKind;
 use surfelshop_image::{exr, metrics};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::input::displayed::DisplayedClouds;
-use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::Inputs;
@@ -51,7 +49,7 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
     let patience = arguments.plugins.patience();
     let mut wanted = requests::with_settings(named, &arguments.set, opened, &patience)?;
     let seen = setup::first_view(opened);
-    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
     let folder = part::folder(arguments);
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
@@ -63,12 +61,8 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
     if let Some(studio) = &mut studio {
         studio.engine.tint_backs(staging.display.splats.tint_backs);
     }
-    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let displayed = DisplayedClouds::read(
-        &inputs.sources,
-        &staging.display,
-        &SessionFormats::new(&arguments.plugins),
-    )?;
+    let formats = SessionFormats::new(&arguments.plugins);
+    let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     let clouds = &displayed.clouds;
     requests::draw_beside(&mut wanted, &registry, &inputs.sources, &clouds.facts.clouds)?;
     plausibility::note(clouds, &staging.scene);

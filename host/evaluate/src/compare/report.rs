@@ -3,7 +3,7 @@
 use super::candidate::{Candidate, Drawn, Stage};
 use super::compared::{Compared, ComparedCandidate, FrameNumbers, Numbers, Target, put};
 use super::measured::{CandidateImage, Measured, Truth};
-use crate::html_page::Picture;
+use crate::comparison_page::Picture;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;

@@ -16,8 +16,7 @@ use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::cloud_renderers;
 use surfelshop_session::eye_dome;
 use surfelshop_session::input::clouds::Clouds;
-use surfelshop_session::input::displayed::DisplayedClouds;
-use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
+use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -33,17 +32,13 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let registry = session::registry(&arguments.plugins)?;
     let reference = renderer_of(arguments, &registry)?;
     let seen = setup::view_of(opened, &reference);
-    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
     let mut studio = open_studio(arguments, &staging)?;
     let named = cloud_renderers::named(&inputs.sources);
     let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
     let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
-    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let displayed = DisplayedClouds::read(
-        &inputs.sources,
-        &staging.display,
-        &SessionFormats::new(&arguments.plugins),
-    )?;
+    let formats = SessionFormats::new(&arguments.plugins);
+    let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     let clouds = &displayed.clouds;
     let view = render::view(&arguments.picture, &staging, clouds);
     let chosen_nodes = staging.drawn(clouds, &view)?;

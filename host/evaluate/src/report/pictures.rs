@@ -20,8 +20,7 @@ use surfelshop_image::exr;
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::cloud_renderers::{self, Beside};
 use surfelshop_session::input::clouds::Clouds;
-use surfelshop_session::input::displayed::DisplayedClouds;
-use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
+use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::Inputs;
@@ -48,18 +47,14 @@ pub(super) fn report(
     let (knobs, turns_detail) = knobs_of(arguments, unit, &subject)?;
     let judge = judge(arguments, registry, &subject)?;
     let turned = turns_detail && knobs.iter().any(|knob| knob.id == DETAIL);
-    let staging = staging_of(arguments, given, opened, turned)?;
+    let mut staging = staging_of(arguments, given, opened, turned)?;
     let started = PartStart::now();
     parted::folder(arguments)?;
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
     let draws = is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer);
     let studio = draws.then(|| open_studio(arguments, &staging)).transpose()?;
-    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let displayed = DisplayedClouds::read(
-        &inputs.sources,
-        &staging.display,
-        &SessionFormats::new(&arguments.plugins),
-    )?;
+    let formats = SessionFormats::new(&arguments.plugins);
+    let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     let clouds = &displayed.clouds;
     plausibility::note(clouds, &staging.scene);
     let view = render::view(&arguments.picture, &staging, clouds);

@@ -4,21 +4,20 @@ mod arguments;
 mod fit;
 mod page;
 
-pub use arguments::ShareArguments;
-
 use crate::compare::Stage;
 use crate::compare::candidate::{Candidate, CandidateRequest};
 use crate::compare::requests;
 use anyhow::{Context as _, ensure};
+pub use arguments::ShareArguments;
 use page::{SharedPage, SharedRenderer};
 use serde_json::{Value, json};
 use surfelshop_api::UnitKind;
+use surfelshop_cloud::in_groups;
 use surfelshop_cloud::scene::OpenedScene;
-use surfelshop_image::display::Background;
+use surfelshop_image::display_transform::Background;
 use surfelshop_image::{outputs, png};
 use surfelshop_runtime::plugins::Registry;
 use surfelshop_session::input::displayed::DisplayedClouds;
-use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::Inputs;
@@ -45,7 +44,7 @@ pub fn run(arguments: &ShareArguments, given: &ExplicitOptions) -> anyhow::Resul
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
     let mut wanted = wanted(arguments, &registry, opened)?;
-    let staging = staging(arguments, given, opened)?;
+    let mut staging = staging(arguments, given, opened)?;
     let mut studio = match wanted.iter().any(|one| one.reference.kind == UnitKind::Renderer) {
         true => Some(RenderSession::open(&arguments.device, &arguments.plugins)?),
         false => None,
@@ -53,9 +52,8 @@ pub fn run(arguments: &ShareArguments, given: &ExplicitOptions) -> anyhow::Resul
     if let Some(studio) = &mut studio {
         studio.engine.tint_backs(staging.display.splats.tint_backs);
     }
-    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let formats = SessionFormats::new(&arguments.plugins);
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
+    let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     let clouds = &displayed.clouds;
     requests::draw_beside(&mut wanted, &registry, &inputs.sources, &clouds.facts.clouds)?;
     plausibility::note(clouds, &staging.scene);
@@ -201,7 +199,7 @@ fn notes(
     stored: fit::Stored,
 ) -> Vec<String> {
     let n = displayed.clouds.facts.n_surfels;
-    let mut notes = vec![format!("{} surfels, drawn at {width} x {height} pixels.", grouped(n))];
+    let mut notes = vec![format!("{} surfels, drawn at {width} x {height} pixels.", in_groups(n))];
     notes.extend(displayed.line());
     let [width, height] = stored.size;
     let quality = stored.quality;
@@ -209,19 +207,6 @@ fn notes(
     // The machine's name is not for those who get the page.
     notes.push(format!("Times: {}.", Machine { host: String::new(), ..machine.clone() }));
     notes
-}
-
-/// A number with spaces between thousands.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push('\u{202f}');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 fn told(

@@ -17,7 +17,7 @@ const POLYNOMIALS: [[f32; 5]; 3] = [
 
 /// A map of one value a pixel in colours from black (0 and below) over purple and orange to ivory
 /// (`full` and above), equal steps being equally lighter; values that are not finite are cyan. The
-/// picture is what [`develop`](crate::display::develop) gives: sRGB-encoded values in [0, 1] and
+/// picture is what [`develop`](crate::display_transform::develop) gives: sRGB-encoded values in [0, 1] and
 /// coverage 1. All is black where `full` is not above 0.
 #[must_use]
 pub fn in_color(map: &Image, full: f32) -> Image {

@@ -1,7 +1,7 @@
 //! Pictures as a screen shows them.
 
 use crate::Image;
-use crate::display::{Background, DisplayTransform, develop};
+use crate::display_transform::{Background, DisplayTransform, develop};
 
 /// What a screen shows of a picture: sRGB-encoded values in [0, 1] over a background, black where
 /// none is given, so that coverage counts; the fourth value is 1.

@@ -28,7 +28,7 @@ mod ssim;
 mod tests;
 mod values;
 
-use crate::display::DisplayTransform;
+use crate::display_transform::DisplayTransform;
 use crate::{Image, TracedPicture};
 use serde::{Deserialize, Serialize};
 

@@ -24,7 +24,7 @@ use crate::outcome::{Drawing, Grid, Number, Outcome, PictureFile};
 use crate::work::{Used, Work};
 use anyhow::bail;
 use std::path::Path;
-use surfelshop_image::display::{DisplayTransform, develop};
+use surfelshop_image::display_transform::{DisplayTransform, develop};
 use surfelshop_image::{Image, metrics, png};
 use surfelshop_session::output::files::write_whole;
 

@@ -3,7 +3,7 @@
 use crate::outcome::Made;
 use std::collections::HashMap;
 use std::path::PathBuf;
-use surfelshop_evaluate::html_page::{Page, Picture};
+use surfelshop_evaluate::comparison_page::{Page, Picture};
 use surfelshop_session::output::files;
 
 /// Bytes of the pictures of a page: with tables and drawings it stays below 15 MB.

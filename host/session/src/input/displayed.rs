@@ -31,12 +31,25 @@ impl DisplayedClouds {
         settings: &DisplaySettings,
         formats: &SessionFormats,
     ) -> anyhow::Result<Self> {
+        Self::shown(Self::read_whole(sources, formats)?, settings)
+    }
+
+    /// Reads clouds, with what a scene hides by hand.
+    pub(crate) fn read_whole(
+        sources: &[Source],
+        formats: &SessionFormats,
+    ) -> anyhow::Result<Clouds> {
         let mut clouds = Clouds::read(sources, formats)?;
         for (source, loaded) in sources.iter().zip(&mut clouds.loaded) {
             if let Some(hidden) = &source.hidden {
                 hide(loaded, hidden, source.place.as_deref())?;
             }
         }
+        Ok(clouds)
+    }
+
+    /// Displays clouds as settings say, and says where nothing is shown.
+    pub(crate) fn shown(clouds: Clouds, settings: &DisplaySettings) -> anyhow::Result<Self> {
         let displayed = Self::new(&Arc::new(clouds), settings)?;
         let n = displayed.n_surfels;
         // Of a pyramid the merged surfels do not say what is shown.

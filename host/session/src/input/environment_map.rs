@@ -20,6 +20,21 @@ pub struct LoadedEnvironment {
 }
 
 impl LoadedEnvironment {
+    fn new(probe: Arc<Probe>, wanted: &SceneEnvironment) -> Self {
+        let environment = Environment {
+            facts: probe.facts.clone(),
+            probe_from_world: wanted.probe_from_world(),
+            gain: wanted.gain(),
+        };
+        Self { probe, environment }
+    }
+
+    /// The same probe as another environment of it stands.
+    #[must_use]
+    pub fn standing_as(self, wanted: &SceneEnvironment) -> Self {
+        Self::new(self.probe, wanted)
+    }
+
     /// As the engine takes it.
     pub fn view(&self) -> EnvironmentView<'_> {
         EnvironmentView { environment: &self.environment, texels: &self.probe.texels }
@@ -91,12 +106,7 @@ impl Probes {
         };
         self.kept.insert(0, (key, probe.clone()));
         self.kept.truncate(1 + KEPT);
-        let environment = Environment {
-            facts: probe.facts.clone(),
-            probe_from_world: wanted.probe_from_world(),
-            gain: wanted.gain(),
-        };
-        Ok(LoadedEnvironment { probe, environment })
+        Ok(LoadedEnvironment::new(probe, wanted))
     }
 }
 
@@ -208,13 +218,17 @@ pub fn of_scene(file: &SceneFile) -> Option<SceneEnvironment> {
     Some(SceneEnvironment { source, ..known.clone() })
 }
 
+/// Whether a light is named by its probe alone: it stands as the world does.
+pub fn follows_up(typed: &EnvironmentArguments) -> bool {
+    typed.env.is_some() && typed.env_forward.is_none() && typed.env_up.is_none()
+}
+
 /// A probe as it stands in a world whose clouds have this axis upwards.
 pub fn standing(source: ProbeSource, up: UpAxis) -> SceneEnvironment {
     let environment = SceneEnvironment::new(source);
-    match up {
-        UpAxis::Auto | UpAxis::Y => environment,
-        UpAxis::Z => SceneEnvironment { forward: Axis::PlusY, up: Axis::PlusZ, ..environment },
-    }
+    let axis = |of: Axis| Axis::nearest(up.axis().from_y_up(of.direction()));
+    let (forward, up) = (axis(environment.forward), axis(environment.up));
+    SceneEnvironment { forward, up, ..environment }
 }
 
 /// What was typed, over what the scene says.

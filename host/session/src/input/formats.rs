@@ -144,7 +144,9 @@ pub fn stand_upright(lens: &mut LensArguments, files: &[PathBuf], plugins: &Plug
         let heads = surfelshop_cloud::heads(&file, &formats.reading(&silent));
         heads.is_ok_and(|heads| heads.iter().any(|header| header.up == FileUpAxis::Z))
     });
-    lens.up = if says_z { UpAxis::Z } else { UpAxis::Y };
+    if says_z {
+        lens.up = UpAxis::Z;
+    }
 }
 
 /// The clouds that a scene shows as they are, or the file itself.

@@ -7,7 +7,7 @@ use crate::options::{LensArguments, UpAxis};
 use crate::output::terminal;
 use glam::{DVec3, Vec3};
 use surfelshop_api::columns::NORMAL;
-use surfelshop_cloud::Cloud;
+use surfelshop_cloud::{Cloud, Source};
 use surfelshop_geometry::free_space::{Standing, is_seen_from_within, viewpoints};
 use surfelshop_geometry::silent;
 
@@ -66,10 +66,7 @@ pub fn with_standpoint(clouds: Clouds, up: UpAxis) -> Clouds {
 /// The best place to stand in a cloud.
 fn free_place(cloud: &Cloud, up: UpAxis) -> Option<Standpoint> {
     let source = cloud.source();
-    let axis = match up.or_of([source]) {
-        UpAxis::Z => DVec3::Z,
-        _ => source.grid_up.unwrap_or(DVec3::Y),
-    };
+    let axis = upright(up, [source]);
     let facts = cloud.facts();
     let widest = (facts.bounds_max - facts.bounds_min).max_element();
     // Nobody stands in what is smaller than a person.
@@ -85,6 +82,15 @@ fn free_place(cloud: &Cloud, up: UpAxis) -> Option<Standpoint> {
     Some(Standpoint { place, is_within: is_seen_from_within(&places) })
 }
 
+/// The direction that is up: what a camera saw has its own upright near the axis.
+fn upright<'a>(up: UpAxis, sources: impl IntoIterator<Item = &'a Source> + Clone) -> DVec3 {
+    /// Cosine of 60 degrees, by which a camera may look up or down.
+    const NEAR: f64 = 0.5;
+    let axis = up.or_of(sources.clone()).axis().direction();
+    let of_rows = sources.into_iter().find_map(|source| source.grid_up);
+    of_rows.filter(|rows| rows.dot(axis) > NEAR).unwrap_or(axis)
+}
+
 /// A place inside the clouds and where to look from it; `None` where nobody can.
 #[must_use]
 pub fn stand(clouds: &Clouds, up: UpAxis) -> Option<CameraSpec> {
@@ -92,11 +98,7 @@ pub fn stand(clouds: &Clouds, up: UpAxis) -> Option<CameraSpec> {
     let clouds: Vec<&Cloud> = clouds.loaded.iter().map(|loaded| &loaded.cloud).collect();
     let eye = scanner(&clouds).or(found)?;
     let sources = clouds.iter().map(|cloud| cloud.source());
-    let up = match up.or_of(sources.clone()) {
-        UpAxis::Z => DVec3::Z,
-        // What a camera saw has its own upright.
-        _ => sources.clone().find_map(|source| source.grid_up).unwrap_or(DVec3::Y),
-    };
+    let up = upright(up, sources.clone());
     let target = eye + direction(&clouds, eye, up)?;
     Some(CameraSpec::Placed { eye, target, up: Some(up), fov_deg: Some(FOV_DEG) })
 }
@@ -179,7 +181,7 @@ fn direction(clouds: &[&Cloud], eye: DVec3, up: DVec3) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use surfelshop_cloud::{Buffer, Column, Loaded, Scan, Source, Summary};
+    use surfelshop_cloud::{Buffer, Column, Loaded, Scan, Summary};
 
     fn seen_from(scanner: Option<DVec3>, points: &[[f32; 3]]) -> Clouds {
         let positions = Buffer::F32(points.as_flattened().to_vec());

@@ -1,7 +1,7 @@
 //! Where the camera stands: presets that frame the whole cloud, or a place typed in numbers.
 
+use crate::options::LensArguments;
 use crate::options::values::{self, field_of_view};
-use crate::options::{LensArguments, UpAxis};
 use glam::{DVec3, Vec3};
 use surfelshop_api::{Camera, Projection, View};
 
@@ -189,15 +189,15 @@ pub fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> View {
     let (eye, target, up, half_height) = match camera {
         CameraSpec::Inside => (DVec3::Z, DVec3::ZERO, DVec3::Y, 1.0),
         CameraSpec::Preset { towards_camera, up } => {
-            let towards = turned(lens.up, towards_camera).normalize_or(DVec3::Z);
-            let up = turned(lens.up, up);
+            let towards = lens.up.axis().from_y_up(towards_camera).normalize_or(DVec3::Z);
+            let up = lens.up.axis().from_y_up(up);
             let tangents = [half_tangent * aspect, half_tangent];
             let [distance, half_height] = extent.framed(towards, up, tangents);
             let eye = extent.center + towards * distance;
             (eye, extent.center, up, half_height)
         }
         CameraSpec::Placed { eye, target, up, .. } => {
-            let up = up.unwrap_or_else(|| turned(lens.up, DVec3::Y));
+            let up = up.unwrap_or_else(|| lens.up.axis().direction());
             (eye, target, up, eye.distance(target) * half_tangent)
         }
     };
@@ -253,15 +253,6 @@ pub fn framed_view(camera: Camera, extent: &Extent, size_px: [u32; 2]) -> View {
     View { camera, size_px, near, far }
 }
 
-/// A direction of a cloud whose y axis points upwards, in one whose `up` axis does: turned about
-/// the x axis.
-fn turned(up: UpAxis, direction: DVec3) -> DVec3 {
-    match up {
-        UpAxis::Auto | UpAxis::Y => direction,
-        UpAxis::Z => DVec3::new(direction.x, -direction.z, direction.y),
-    }
-}
-
 /// Distances of the near and far plane that hold the whole extent.
 fn depth_range(camera: &Camera, extent: &Extent) -> [f64; 2] {
     let reach = extent.radius * MARGIN;
@@ -279,6 +270,7 @@ fn depth_range(camera: &Camera, extent: &Extent) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::UpAxis;
 
     fn lens(camera: &str) -> LensArguments {
         let camera = CameraSpec::parse(camera).unwrap();

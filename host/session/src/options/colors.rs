@@ -1,13 +1,12 @@
 //! What colours surfels, which are shown and how they look, as it is typed.
 
-use crate::options::UpAxis;
 use crate::options::values;
 use anyhow::ensure;
 use clap::Args;
 use surfelshop_api::SurfaceSettings;
 use surfelshop_cloud::display::{
     Attribute, ColorBy, ColorSource, DisplaySettings, Filter, FilterAction, FilterTest, Look,
-    MapChoice, RangeEnd, Scale, SplatSettings, UpDirection,
+    MapChoice, RangeEnd, Scale, SplatSettings,
 };
 use surfelshop_cloud::scene::MOST_FILTERS;
 
@@ -95,24 +94,6 @@ pub struct ColorRange(pub [RangeEnd; 2]);
 /// A filter as typed; `None` for no filter at all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilterSpec(pub Option<(Attribute, FilterTest)>);
-
-impl From<UpAxis> for UpDirection {
-    fn from(up: UpAxis) -> Self {
-        match up {
-            UpAxis::Auto | UpAxis::Y => Self::Y,
-            UpAxis::Z => Self::Z,
-        }
-    }
-}
-
-impl From<UpDirection> for UpAxis {
-    fn from(up: UpDirection) -> Self {
-        match up {
-            UpDirection::Y => Self::Y,
-            UpDirection::Z => Self::Z,
-        }
-    }
-}
 
 impl ColorArguments {
     /// Whether nothing was typed.
@@ -280,6 +261,7 @@ impl FilterSpec {
 mod tests {
     use super::*;
     use crate::options::explicit::parse;
+    use surfelshop_cloud::scene::Axis;
 
     fn settings(options: &str, scene: DisplaySettings) -> anyhow::Result<DisplaySettings> {
         let line = format!("surfelshop render {options}");
@@ -294,7 +276,7 @@ mod tests {
         let test = FilterTest::Values(vec![7]);
         let attribute = Attribute::column("classification");
         let filters = vec![Filter { attribute, action: FilterAction::Hide, test }];
-        DisplaySettings { color, filters, up: UpDirection::Z, ..DisplaySettings::default() }
+        DisplaySettings { color, filters, up: Axis::PlusZ, ..DisplaySettings::default() }
     }
 
     #[test]
@@ -306,7 +288,7 @@ mod tests {
         let typed = settings("--color-by intensity --color-range 5%,1e3", scene()).unwrap();
         let mut expected = ColorSource::new(ColorBy::Attribute(Attribute::column("intensity")));
         expected.range = [RangeEnd::Percent(5.0), RangeEnd::Value(1000.0)];
-        assert_eq!((typed.color, typed.up), (expected, UpDirection::Z));
+        assert_eq!((typed.color, typed.up), (expected, Axis::PlusZ));
         let shown: Vec<String> = settings("--only height=..3 --hide a=1 --hide b[2]=0..1", scene())
             .unwrap()
             .filters

@@ -148,8 +148,16 @@ pub struct LensArguments {
           value_parser = CameraSpec::parse, allow_hyphen_values = true)]
     pub camera: CameraSpec,
     /// The axis that points upwards in the presets, where --camera leaves up out, and for heights [default: that
-    /// of the scene, else that of the files, where they say it, as scans do, else y].
-    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    /// of the scene, else that of the files, where they say it, as scans do, else -y for points as a depth camera
+    /// has them, else y].
+    #[arg(
+        long,
+        value_enum,
+        value_name = "AXIS",
+        default_value_t,
+        hide_default_value = true,
+        allow_hyphen_values = true
+    )]
     pub up: UpAxis,
     /// Vertical field of view in degrees [default: 35].
     #[arg(long, value_name = "DEGREES", value_parser = values::field_of_view)]
@@ -212,17 +220,65 @@ pub enum UpAxis {
     Y,
     /// As in surveying.
     Z,
+    /// Coordinates of a camera: y points down in them.
+    #[value(name = "-y")]
+    MinusY,
+    /// The cloud stands on its head.
+    #[value(name = "-z")]
+    MinusZ,
+    /// The cloud lies on its side.
+    X,
+    /// The cloud lies on its other side.
+    #[value(name = "-x")]
+    MinusX,
 }
 
 impl UpAxis {
-    /// The axis, where files that say something may decide.
+    /// The axis, where files that say something may decide, and else the places of their points.
     #[must_use]
     pub fn or_of<'a>(self, sources: impl IntoIterator<Item = &'a Source>) -> Self {
-        let says_z = |source: &Source| source.up == surfelshop_api::format::UpAxis::Z;
+        let Self::Auto = self else { return self };
+        let (mut said, mut guessed) = (None, None);
+        for source in sources {
+            let one = source.said_up();
+            // What is surveyed decides for what stands beside it.
+            if said.is_none() || one == Some(Axis::PlusZ) {
+                said = one.or(said);
+            }
+            guessed = guessed.or(source.guessed_up);
+        }
+        said.or(guessed).unwrap_or_default().into()
+    }
+
+    /// The axis; y where nobody says it.
+    #[must_use]
+    pub fn axis(self) -> Axis {
         match self {
-            Self::Auto if sources.into_iter().any(says_z) => Self::Z,
-            Self::Auto => Self::Y,
-            typed => typed,
+            Self::Auto | Self::Y => Axis::PlusY,
+            Self::Z => Axis::PlusZ,
+            Self::MinusY => Axis::MinusY,
+            Self::MinusZ => Axis::MinusZ,
+            Self::X => Axis::PlusX,
+            Self::MinusX => Axis::MinusX,
+        }
+    }
+}
+
+impl From<UpAxis> for Axis {
+    fn from(up: UpAxis) -> Self {
+        up.axis()
+    }
+}
+
+impl From<Axis> for UpAxis {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::PlusX => Self::X,
+            Axis::MinusX => Self::MinusX,
+            Axis::PlusY => Self::Y,
+            Axis::MinusY => Self::MinusY,
+            Axis::PlusZ => Self::Z,
+            Axis::MinusZ => Self::MinusZ,
         }
     }
 }

@@ -4,7 +4,7 @@ use super::colors::FilterSpec;
 use super::values::crop_box;
 use glam::DVec3;
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::display::UpDirection;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::selection::{
     Combine, Region, Selection, SelectionError, component, grown, shrunk, usual_distance,
 };
@@ -74,7 +74,7 @@ impl SelectStep {
             }
             _ => match FilterSpec::parse(text) {
                 Ok(FilterSpec(Some((attribute, test)))) => {
-                    let up = UpDirection::default();
+                    let up = Axis::default();
                     What::Region(Region::Values { attribute, test, up })
                 }
                 _ => return Err(expected()),
@@ -103,11 +103,7 @@ fn length(text: &str) -> Option<f64> {
 ///
 /// # Errors
 /// Where the cloud lacks an attribute, or there is no memory.
-pub fn select(
-    cloud: &Cloud,
-    steps: &[SelectStep],
-    up: UpDirection,
-) -> Result<Selection, SelectionError> {
+pub fn select(cloud: &Cloud, steps: &[SelectStep], up: Axis) -> Result<Selection, SelectionError> {
     let begins_whole = steps.first().is_some_and(|first| first.how != Combine::Add);
     let nothing = Selection::none(cloud.len())?;
     let mut chosen = if begins_whole { nothing.inverted() } else { nothing };
@@ -179,7 +175,7 @@ mod tests {
         let select = |steps: &[&str]| {
             let steps: Vec<SelectStep> =
                 steps.iter().map(|s| SelectStep::parse(s).unwrap()).collect();
-            select(&cloud(), &steps, UpDirection::Y).unwrap().indices().collect::<Vec<_>>()
+            select(&cloud(), &steps, Axis::PlusY).unwrap().indices().collect::<Vec<_>>()
         };
         assert_eq!(select(&["box:0,-1,-1:3,1,1"]), [0, 1, 2, 3]);
         assert_eq!(select(&["box:0,-1,-1:3,1,1", "class=1"]), [0, 1, 2, 3, 5, 7, 9]);

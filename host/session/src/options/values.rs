@@ -11,7 +11,7 @@ use surfelshop_cloud::scene::{
     ANTIALIAS, DEPTH_TOLERANCE, EYE_DOME_RADIUS, EYE_DOME_STRENGTH, EyeDomeLighting, EyeDomeUse,
     FIELD_OF_VIEW_DEG, LARGEST_RADIUS, LOW_PASS, NumberRange, PLANARITIES, RADIUS_SCALE, STOPS,
 };
-use surfelshop_image::display::Background;
+use surfelshop_image::display_transform::Background;
 
 /// Width and height in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

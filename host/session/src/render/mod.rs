@@ -35,7 +35,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::{UnitKind, View};
 use surfelshop_cloud::display::Legend;
 use surfelshop_cloud::scene::{OpenedScene, Units};
-use surfelshop_image::display::{Background, DisplayTransform};
+use surfelshop_image::display_transform::{Background, DisplayTransform};
 use surfelshop_image::{exr, outputs, png};
 use surfelshop_render::{RenderRequest, Rendered};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
@@ -141,7 +141,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let (reference, seen) =
         graph.as_ref().map_or_else(of_setup, |graph| Ok((graph.reference.clone(), None)))?;
     let seen = seen.as_ref();
-    let staging = RenderSetup::new(&arguments.picture, given, opened, seen)?
+    let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen)?
         .showing(arguments.output.clone());
     if reference.kind == UnitKind::Tracer {
         ensure!(arguments.save_graph.is_none(), "{reference} describes no graph to save");
@@ -155,7 +155,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     timings.open_ms = since(started);
 
     let started = Instant::now();
-    let (surroundings, displayed) = opened_scene(arguments, &inputs, &staging)?;
+    let (surroundings, displayed) = opened_scene(arguments, &inputs, &mut staging)?;
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
     choose_suited(arguments, given, &inputs, &registry, clouds, &mut studio, &mut chosen)?;
@@ -257,12 +257,11 @@ impl Drawing<'_> {
 fn opened_scene(
     arguments: &RenderArguments,
     inputs: &Inputs,
-    staging: &RenderSetup,
+    staging: &mut RenderSetup,
 ) -> anyhow::Result<(Option<LoadedEnvironment>, DisplayedClouds)> {
-    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     files::check_outputs(&outputs(arguments))?;
     let formats = SessionFormats::new(&arguments.plugins);
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
+    let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     Ok((surroundings, displayed))
 }
 

@@ -1,8 +1,7 @@
 //! `surfelshop render` with a tracer: no graphics device, on all cores.
 
 use crate::input::clouds::Clouds;
-use crate::input::displayed::DisplayedClouds;
-use crate::input::environment_map::{self, LoadedEnvironment};
+use crate::input::environment_map::LoadedEnvironment;
 use crate::input::formats::SessionFormats;
 use crate::input::plausibility;
 use crate::input::pyramids;
@@ -48,12 +47,9 @@ pub fn render(
     unknown.iter().for_each(terminal::warn);
     let left_out = format!("{} traces the whole scene", reference.id);
     cloud_renderers::note_left_out(&inputs.sources, &left_out);
-    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let displayed = DisplayedClouds::read(
-        &inputs.sources,
-        &staging.display,
-        &SessionFormats::new(&arguments.plugins),
-    )?;
+    let formats = SessionFormats::new(&arguments.plugins);
+    let staging = &mut staging.clone();
+    let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     let clouds = &displayed.clouds;
     plausibility::note(clouds, &staging.scene);
     pyramids::note_traced(clouds);

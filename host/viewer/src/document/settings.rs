@@ -7,7 +7,7 @@ use surfelshop_api::params::Values;
 use surfelshop_api::{Light, Scene};
 use surfelshop_cloud::display::{ColorSource, Filter, SplatSettings};
 use surfelshop_cloud::scene::{EyeDomeLighting, Measure, SceneEnvironment, Table};
-use surfelshop_image::display::{Background, DisplayTransform, ToneMap};
+use surfelshop_image::display_transform::{Background, DisplayTransform, ToneMap};
 
 /// How a pane shows the pictures of its two renderers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

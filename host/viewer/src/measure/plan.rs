@@ -7,7 +7,7 @@ use surfelshop_api::{Camera, Scene};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_evaluate::report::knobs::typed;
 use surfelshop_image::EyeDome;
-use surfelshop_image::display::DisplayTransform;
+use surfelshop_image::display_transform::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::options::camera::Extent;

@@ -11,7 +11,7 @@ use surfelshop_api::View;
 use surfelshop_api::params::Values;
 use surfelshop_evaluate::compare::Truth;
 use surfelshop_image::Image;
-use surfelshop_image::display::DisplayTransform;
+use surfelshop_image::display_transform::DisplayTransform;
 use surfelshop_image::exr;
 use surfelshop_image::metrics::Comparison;
 use surfelshop_runtime::boundary::Fault;

@@ -132,6 +132,7 @@ fn draw(painter: &Painter, middle: Pos2, place: Pos2, end: &End, is_hovered: boo
 mod tests {
     use super::*;
     use surfelshop_api::Projection;
+    use surfelshop_cloud::scene::Axis;
 
     #[test]
     fn the_end_that_is_clicked_is_the_one_that_comes_to_the_front() {
@@ -142,7 +143,7 @@ mod tests {
             up: DVec3::Y,
             projection,
         };
-        for up in [UpAxis::Y, UpAxis::Z] {
+        for up in Axis::ALL.map(UpAxis::from) {
             for end in ends(&camera) {
                 let moved = side_of(&end, up).camera(&camera, up);
                 let nearest = ends(&moved).pop().unwrap();

@@ -1,12 +1,11 @@
 //! The grid on the ground below what is open.
 
-use super::standard_views::up_index;
 use super::{nice, on_screen};
 use crate::render_thread::RenderedView;
 use eframe::egui::{Color32, Painter, Pos2, Rect, Stroke};
 use glam::{DVec2, DVec3};
 use surfelshop_api::Camera;
-use surfelshop_image::display::Background;
+use surfelshop_image::display_transform::Background;
 use surfelshop_session::options::UpAxis;
 
 /// About how many cells lie along the longer side.
@@ -37,9 +36,11 @@ struct Line {
 
 /// The lines: between them lies a length of 1, 2 or 5 times a power of ten.
 fn lines(ground: &Ground) -> Vec<Line> {
-    let up = up_index(ground.up);
-    let flat = if up == 1 { [0, 2] } else { [0, 1] };
+    let axis = ground.up.axis();
+    let up = axis.index();
+    let flat = [[1, 2], [0, 2], [0, 1]][up];
     let [min, max] = ground.bounds;
+    let lowest = if axis.sign() > 0.0 { min[up] } else { max[up] };
     let size = flat.map(|axis| max[axis] - min[axis]).into_iter().fold(0.0, f64::max);
     let step = nice(size / CELLS * 1.5);
     if !(step.is_finite() && step > 0.0 && min.is_finite() && max.is_finite()) {
@@ -56,7 +57,7 @@ fn lines(ground: &Ground) -> Vec<Line> {
         for i in range[this][0]..=range[this][1] {
             let end = |j: i64| {
                 let mut place = DVec3::ZERO;
-                place[up] = min[up];
+                place[up] = lowest;
                 place[flat[this]] = i as f64 * step;
                 place[flat[other]] = j as f64 * step;
                 place
@@ -154,6 +155,7 @@ fn is_hidden(rect: Rect, rendered: &RenderedView, at: Pos2, depth: f64) -> bool 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use surfelshop_cloud::scene::Axis;
 
     fn ground(bounds: [DVec3; 2], up: UpAxis) -> Ground {
         Ground { bounds, up, background: Background::Transparent }
@@ -162,11 +164,12 @@ mod tests {
     #[test]
     fn the_grid_lies_below_everything_and_reaches_past_it() {
         let bounds = [DVec3::new(-1.3, 0.2, 480_000.1), DVec3::new(0.9, 7.0, 480_003.0)];
-        for (up, axis) in [(UpAxis::Y, 1), (UpAxis::Z, 2)] {
-            let lines = lines(&ground(bounds, up));
+        for up in Axis::ALL {
+            let (axis, lowest) = (up.index(), bounds[usize::from(up.sign() < 0.0)]);
+            let lines = lines(&ground(bounds, up.into()));
             assert!(lines.len() > 10 && lines.len() < 60, "{}", lines.len());
             let ends = || lines.iter().flat_map(|line| line.ends);
-            assert!(ends().all(|end| end[axis].to_bits() == bounds[0][axis].to_bits()));
+            assert!(ends().all(|end| end[axis].to_bits() == lowest[axis].to_bits()));
             for flat in (0..3).filter(|flat| *flat != axis) {
                 assert!(ends().any(|end| end[flat] < bounds[0][flat]));
                 assert!(ends().any(|end| end[flat] > bounds[1][flat]));

@@ -20,24 +20,6 @@ pub(crate) enum StandardView {
     ThreeQuarter,
 }
 
-/// A direction of a scene whose y axis points upwards, in one whose `up` axis does.
-fn in_world(up: UpAxis, direction: DVec3) -> DVec3 {
-    match up {
-        UpAxis::Z => DVec3::new(direction.x, -direction.z, direction.y),
-        UpAxis::Y | UpAxis::Auto => direction,
-    }
-}
-
-/// The direction that points upwards.
-pub(super) fn up_direction(up: UpAxis) -> DVec3 {
-    in_world(up, DVec3::Y)
-}
-
-/// The index of the axis that points upwards.
-pub(super) fn up_index(up: UpAxis) -> usize {
-    if up_direction(up).z > 0.5 { 2 } else { 1 }
-}
-
 impl StandardView {
     /// All that look along an axis.
     pub(super) const SIDES: [Self; 6] =
@@ -54,7 +36,7 @@ impl StandardView {
             Self::Bottom => DVec3::new(0.0, -1.0, OFF_POLE),
             Self::ThreeQuarter => DVec3::new(0.47, 0.342, 0.814),
         };
-        in_world(up, direction).normalize_or(DVec3::Z)
+        up.axis().from_y_up(direction).normalize_or(DVec3::Z)
     }
 
     /// The name of the side.
@@ -74,7 +56,7 @@ impl StandardView {
     pub(super) fn camera(self, former: &Camera, up: UpAxis) -> Camera {
         let reach = former.eye.distance(former.target);
         let eye = former.target + self.towards_camera(up) * reach;
-        Camera { eye, up: up_direction(up), ..*former }
+        Camera { eye, up: up.axis().direction(), ..*former }
     }
 }
 
@@ -82,6 +64,7 @@ impl StandardView {
 mod tests {
     use super::*;
     use surfelshop_api::Projection;
+    use surfelshop_cloud::scene::Axis;
 
     #[test]
     fn sides_are_those_of_the_command_line() {
@@ -93,7 +76,7 @@ mod tests {
             up: DVec3::Y,
             projection: Projection::Orthographic { height: 3.0 },
         };
-        for up in [UpAxis::Y, UpAxis::Z] {
+        for up in Axis::ALL.map(UpAxis::from) {
             for view in StandardView::SIDES.into_iter().chain([StandardView::ThreeQuarter]) {
                 let name = if view == StandardView::Bottom { "bottom" } else { view.name() };
                 let camera = CameraSpec::parse(name).unwrap();

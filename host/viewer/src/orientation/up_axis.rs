@@ -1,10 +1,10 @@
 //! The axis that points upwards is changed, and remembered for files of a kind.
 
 use crate::document::set_environment_map;
-use crate::preferences::FileUp;
 use crate::views::initial_camera;
 use crate::window::Window;
 use std::path::PathBuf;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_session::options::UpAxis;
 
 /// The ending of files, in small letters; `None` where they differ or have none.
@@ -34,12 +34,8 @@ impl Window {
     /// The same, where the environment stands as it should: views look at everything again.
     pub(crate) fn turn_up(&mut self, up: UpAxis) {
         self.document.up = up;
-        let own = match up {
-            UpAxis::Z => FileUp::Z,
-            UpAxis::Y | UpAxis::Auto => FileUp::Y,
-        };
         if let Some(ending) = ending_of(&self.document.files) {
-            self.preferences.up.insert(ending, own);
+            self.preferences.up.insert(ending, up.axis());
         }
         let Some(shown) = &self.document.clouds else { return };
         let camera = initial_camera(&shown.extent, up, self.views.shape());
@@ -49,6 +45,12 @@ impl Window {
         self.views.camera = camera;
         // Heights are measured along it.
         self.views.pointer_position = None;
+    }
+
+    /// Turns everything upside down.
+    pub(crate) fn turn_upside_down(&mut self) {
+        let down = -self.document.up.axis().direction();
+        self.set_up(Axis::nearest(down).into());
     }
 
     /// The axis that the user chose for files of this kind.

@@ -6,6 +6,7 @@ use eframe::egui::{
     WidgetInfo, emath::Numeric, vec2,
 };
 use std::ops::RangeInclusive;
+use surfelshop_cloud::scene::Axis;
 
 /// Width of the column of buttons that bring a usual value back.
 const RESET: f32 = 26.0;
@@ -160,6 +161,14 @@ pub(crate) fn slider_row<N: Numeric>(
     scale: &Scale,
 ) -> Response {
     row_of(ui, label, about, |ui, label| slider(ui, label, value, (scale, scale.unit)))
+}
+
+/// The six axes, of which one is chosen.
+pub(crate) fn axes(ui: &mut Ui, chosen: &mut Axis) -> Response {
+    let all = [Axis::PlusY, Axis::PlusZ, Axis::PlusX, Axis::MinusY, Axis::MinusZ, Axis::MinusX];
+    let shown = all.map(|axis| ui.selectable_value(chosen, axis, axis.name()));
+    let [first, others @ ..] = shown;
+    others.into_iter().fold(first, |all, one| all | one)
 }
 
 /// A row with a box to tick.

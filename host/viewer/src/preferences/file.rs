@@ -108,7 +108,8 @@ fn write(path: &Path, preferences: &Preferences) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preferences::{FileUp, ThemeChoice};
+    use crate::preferences::ThemeChoice;
+    use surfelshop_cloud::scene::Axis;
 
     #[test]
     fn what_is_written_is_read_again_with_keys_that_nobody_knows() {
@@ -120,7 +121,7 @@ mod tests {
         assert!(!path.exists(), "nothing was chosen");
         preferences.theme = ThemeChoice::Light;
         preferences.ui_scale = 1.25;
-        preferences.up.insert("ply".to_owned(), FileUp::Z);
+        preferences.up.insert("ply".to_owned(), Axis::MinusZ);
         preferences.shortcuts.insert("split".to_owned(), vec!["Ctrl+2".to_owned()]);
         preferences.unknown.insert("later".to_owned(), true.into());
         assert_eq!(file.save(&preferences), None);

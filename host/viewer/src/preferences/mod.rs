@@ -17,9 +17,10 @@ pub(crate) use file::PreferenceFile;
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::Table;
 use surfelshop_session::input::budget;
-use surfelshop_session::options::{UpAxis, values};
+use surfelshop_session::options::values;
 
 /// Light or dark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,23 +31,6 @@ pub(crate) enum ThemeChoice {
     System,
     Dark,
     Light,
-}
-
-/// The axis that points upwards in files of one kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum FileUp {
-    Y,
-    Z,
-}
-
-impl From<FileUp> for UpAxis {
-    fn from(up: FileUp) -> Self {
-        match up {
-            FileUp::Y => Self::Y,
-            FileUp::Z => Self::Z,
-        }
-    }
 }
 
 /// How a drag turns the camera about what it looks at.
@@ -96,7 +80,7 @@ pub(crate) struct Preferences {
     /// Memory that open pyramids take at most, as on the command line; empty for half of what is free.
     pub(crate) memory: String,
     /// What points upwards in files with these endings that do not say it themselves.
-    pub(crate) up: BTreeMap<String, FileUp>,
+    pub(crate) up: BTreeMap<String, Axis>,
     /// The shortcuts of commands by their ids, in place of the usual ones.
     pub(crate) shortcuts: BTreeMap<String, Vec<String>>,
     /// Keys of later versions.

@@ -1,8 +1,8 @@
 //! The window of settings, page by page, and the file that holds them.
 
-use super::{FileUp, Orbit, Page, ThemeChoice, UI_SCALES, Unit};
+use super::{Orbit, Page, ThemeChoice, UI_SCALES, Unit};
 use super::{drawing_page, plugins_page, shortcuts_page};
-use crate::panels::row::{check_row, row_of};
+use crate::panels::row::{axes, check_row, row_of};
 use crate::theme::space;
 use crate::window::Window;
 use eframe::egui::{self, Align2, Context, Label, RichText, ScrollArea, Ui, vec2};
@@ -161,17 +161,11 @@ fn up_axes(window: &mut Window, ui: &mut Ui) {
     for (ending, up) in &mut window.preferences.up {
         let about = "What points upwards in files of this kind.";
         row_of(ui, &format!("up in .{ending}"), about, |ui, _label| {
-            let y = ui.selectable_label(*up == FileUp::Y, "y");
-            let z = ui.selectable_label(*up == FileUp::Z, "z");
-            if y.clicked() {
-                *up = FileUp::Y;
-            } else if z.clicked() {
-                *up = FileUp::Z;
-            }
+            let shown = axes(ui, up);
             if ui.button("forget").clicked() {
                 removed = Some(ending.clone());
             }
-            y | z
+            shown
         });
     }
     if let Some(ending) = removed {

@@ -6,7 +6,7 @@ use surfelshop_api::params::Values;
 use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_image::EyeDome;
-use surfelshop_image::display::DisplayTransform;
+use surfelshop_image::display_transform::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
 

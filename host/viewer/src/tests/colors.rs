@@ -6,8 +6,9 @@ use crate::document::{generations, undo};
 use egui_kittest::kittest::Queryable as _;
 use surfelshop_cloud::display::{
     Attribute, ColorBy, ColorMap, ColorSource, Filter, FilterAction, FilterTest, MapChoice,
-    RangeEnd, UpDirection,
+    RangeEnd,
 };
+use surfelshop_cloud::scene::Axis;
 
 fn above(height: f64) -> Filter {
     let test = FilterTest::Range([height, f64::INFINITY]);
@@ -61,7 +62,7 @@ fn the_upward_axis_of_a_scene_is_read_and_written() {
     std::fs::write(&scene, text).unwrap();
     let mut screen = Screen::open(&[scene.to_str().unwrap()]);
     screen.settle();
-    assert_eq!(screen.window().display_settings().up, UpDirection::Z);
+    assert_eq!(screen.window().display_settings().up, Axis::PlusZ);
     screen.window().save_scene(&scene);
     let saved = std::fs::read_to_string(&scene).unwrap();
     assert!(saved.contains("up = \"z\"\n") && saved.contains("by = \"height\""), "{saved}");

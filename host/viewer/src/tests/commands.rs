@@ -3,11 +3,11 @@
 use super::{SAMPLE, Screen, built_plugins};
 use crate::ViewerArguments;
 use crate::commands::{self, COMMANDS, name_alone, palette_entries};
-use crate::preferences::FileUp;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use glam::DVec3;
 use surfelshop_api::Projection;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_session::options::{DeviceArguments, UpAxis};
 
 fn run(screen: &mut Screen, id: &str) {
@@ -156,13 +156,20 @@ fn the_up_axis_is_remembered_for_files_of_a_kind() {
     let mut screen = Screen::sample();
     run(&mut screen, "up-z");
     assert_eq!(screen.window().views.camera.up, DVec3::Z);
-    assert_eq!(screen.window().preferences.up.get("ply"), Some(&FileUp::Z));
+    assert_eq!(screen.window().preferences.up.get("ply"), Some(&Axis::PlusZ));
     screen.settle();
     run(&mut screen, "undo");
     assert_eq!(screen.window().views.camera.up, DVec3::Y);
     screen.settle();
     run(&mut screen, "redo");
     assert_eq!(screen.window().views.camera.up, DVec3::Z);
+    screen.settle();
+    run(&mut screen, "up-down");
+    assert_eq!(screen.window().views.camera.up, DVec3::NEG_Z);
+    assert_eq!(screen.window().preferences.up.get("ply"), Some(&Axis::MinusZ));
+    screen.settle();
+    run(&mut screen, "undo");
+    run(&mut screen, "up-z");
     screen.window().document.typed_up = UpAxis::Auto;
     let ctx = screen.harness.ctx.clone();
     for (remembered, expected) in [(true, UpAxis::Z), (false, UpAxis::Y)] {

@@ -237,7 +237,8 @@ fn what_has_changed_since_a_measurement_is_said() {
             window.settings.scene.surface.two_sided = false;
         }),
         ("highlights or background have changed", |window| {
-            window.settings.background = surfelshop_image::display::Background::Transparent;
+            window.settings.background =
+                surfelshop_image::display_transform::Background::Transparent;
         }),
         ("the environment has changed", |window| {
             let studio = surfelshop_cloud::scene::ProbeSource::Studio;

@@ -130,7 +130,7 @@ fn a_scene_comes_back_as_it_was_saved() {
     use surfelshop_cloud::display::{
         ColorBy, ColorSource, Filter, FilterAction, FilterTest, Scale,
     };
-    use surfelshop_image::display::Background;
+    use surfelshop_image::display_transform::Background;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("b.scene.toml");
     let mut screen = Screen::sample();

@@ -25,7 +25,7 @@ fn panels_say_what_is_shown() {
     }
     screen.window().select(Selection::Cloud(0));
     screen.frames();
-    for text in ["119 051", "draw both sides", "point size", "colour by", "Placement"] {
+    for text in ["119,051", "draw both sides", "point size", "colour by", "Placement"] {
         let found = screen.harness.query_all_by_label(text).count();
         assert!(found > 0, "nothing is called `{text}`");
     }

@@ -3,7 +3,6 @@
 use crate::preferences::Orbit;
 use crate::window::Window;
 use surfelshop_api::Camera;
-use surfelshop_session::options::UpAxis;
 
 /// What a drag does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +63,7 @@ impl Window {
         if mode != CameraMode::Trackball {
             let focused = self.views.focused;
             let camera = self.camera_of(focused);
-            let up = up_of(self.document.up);
+            let up = self.document.up.axis().direction();
             // One that looks along the axis would have no right.
             let is_along = camera.forward().cross(up).length() < 0.02;
             if camera.up.distance(up) > 1e-9 && !is_along {
@@ -72,13 +71,6 @@ impl Window {
             }
         }
         self.messages.report(format!("{}: {}", capital(mode.name()), mode.hint()));
-    }
-}
-
-fn up_of(axis: UpAxis) -> glam::DVec3 {
-    match axis {
-        UpAxis::Z => glam::DVec3::Z,
-        UpAxis::Y | UpAxis::Auto => glam::DVec3::Y,
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::{Selection, SelectionError};
 use crate::cloud::Cloud;
-use crate::display::{Attribute, FilterTest, UpDirection, numbers};
+use crate::cloud::axis::Axis;
+use crate::display::{Attribute, FilterTest, numbers};
 use glam::DVec3;
 
 /// Some of space, or some numbers; places are in world space.
@@ -33,7 +34,7 @@ pub enum Region {
         /// The test.
         test: FilterTest,
         /// Which axis height is along.
-        up: UpDirection,
+        up: Axis,
     },
 }
 

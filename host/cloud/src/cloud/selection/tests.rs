@@ -1,9 +1,10 @@
 use super::*;
 use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::changes::changed_rows;
 use crate::cloud::column::Column;
-use crate::display::{Attribute, FilterTest, UpDirection};
+use crate::display::{Attribute, FilterTest};
 use glam::{DVec2, DVec3};
 use surfelshop_api::{Camera, Projection, View};
 
@@ -81,7 +82,7 @@ fn regions_are_in_world_space_at_any_scale() {
     let values = |name: &str| Region::Values {
         attribute: Attribute::column(name),
         test: FilterTest::Values(vec![1]),
-        up: UpDirection::Y,
+        up: Axis::PlusY,
     };
     assert_eq!(values("class").select(&cloud()).unwrap().count(), 67);
     let line = values("klass").select(&cloud()).unwrap_err().to_string();
@@ -162,7 +163,7 @@ fn what_is_selected_is_deleted_extracted_and_given_values() {
     let ones = Region::Values {
         attribute: Attribute::column("class"),
         test: FilterTest::Values(vec![1]),
-        up: UpDirection::Y,
+        up: Axis::PlusY,
     };
     let ones = ones.select(&cloud).unwrap();
     assert_eq!(deleted(&cloud, &ones).unwrap().len(), 133);

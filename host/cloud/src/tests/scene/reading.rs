@@ -1,7 +1,7 @@
 use super::{file, open, written};
+use crate::cloud::axis::Axis;
 use crate::display::{
     Attribute, ColorBy, ColorMap, ColorSource, DisplaySettings, MapChoice, RangeEnd, Scale,
-    UpDirection,
 };
 use crate::scene::{Backdrop, SceneCloud, SceneFile, SceneView, ToneMap, is_scene, read};
 use crate::{Rotation, Transform};
@@ -229,7 +229,7 @@ fn everything_in_a_scene_is_read() {
     let turned = clouds[2].transform.as_ref().unwrap().rotation;
     assert_eq!(turned, Rotation::Quaternion(DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0)));
     let display = scene.display();
-    assert_eq!(display.up, UpDirection::Z);
+    assert_eq!(display.up, Axis::PlusZ);
     let by = ColorBy::Attribute(Attribute::column("height").with_component(2));
     let range = [RangeEnd::Percent(5.0), RangeEnd::Value(12.0)];
     let (map, scale) = (MapChoice::Map(ColorMap::Turbo), Scale::Logarithmic);

@@ -2,7 +2,7 @@ use super::written;
 use crate::cloud::selection::Selection;
 use crate::display::{
     Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, HiddenSurfels, Look,
-    MapChoice, RangeEnd, Scale, SplatSettings, UpDirection,
+    MapChoice, RangeEnd, Scale, SplatSettings,
 };
 use crate::environment_map::Mapping;
 use crate::scene::{
@@ -261,11 +261,11 @@ fn measure() -> impl Strategy<Value = Measure> {
 
 prop_compose! {
     fn display()(
-        up in option::of(prop_oneof![Just(UpDirection::Y), Just(UpDirection::Z)]),
+        up in option::of(proptest::sample::select(Axis::ALL.to_vec())),
         color in keyed(color_source()),
         filters in vec(keyed(filter()), 0..3),
         splats in keyed(splats()),
-    ) -> (Option<UpDirection>, Keyed<ColorSource>, Vec<Keyed<Filter>>, Keyed<SplatSettings>) {
+    ) -> (Option<Axis>, Keyed<ColorSource>, Vec<Keyed<Filter>>, Keyed<SplatSettings>) {
         (up, color, filters, splats)
     }
 }

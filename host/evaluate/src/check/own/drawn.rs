@@ -8,11 +8,9 @@ use crate::compare::requests::{self, Named};
 use anyhow::{Context as _, bail, ensure};
 use std::path::Path;
 use surfelshop_api::UnitKind;
-use surfelshop_image::display::DisplayTransform;
+use surfelshop_image::display_transform::DisplayTransform;
 use surfelshop_image::{Image, exr, png};
 use surfelshop_runtime::plugins::UnitRef;
-use surfelshop_session::input::displayed::DisplayedClouds;
-use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::PictureArguments;
@@ -60,7 +58,7 @@ impl Bench {
         let inputs = Inputs::open(std::slice::from_ref(&case.scene))?;
         let opened = inputs.opened.as_ref();
         let seen = setup::view_of(opened, unit).or_else(|| setup::first_view(opened));
-        let staging = RenderSetup::new(&picture, &given, opened, seen.as_ref())?;
+        let mut staging = RenderSetup::new(&picture, &given, opened, seen.as_ref())?;
         if let Some(output) = &staging.output {
             let (scene, output) = (case.scene.display(), output.name());
             bail!(
@@ -71,9 +69,8 @@ impl Bench {
         let patience = arguments.plugins.patience();
         let wanted = requests::with_settings(vec![named], &[], opened, &patience)?;
         let mut wanted = wanted.into_iter().next().context("there is nothing to draw with")?;
-        let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
         let formats = SessionFormats::new(&arguments.plugins);
-        let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
+        let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
         let view = render::view(&picture, &staging, &displayed.clouds);
         if inputs.sources.iter().any(|source| source.renderer.is_some()) {
             let registry = session::registry(&arguments.plugins)?;

@@ -7,7 +7,7 @@ use anyhow::{Context as _, anyhow};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::srgb_to_linear;
-use surfelshop_image::display::{DisplayTransform, to_8_bit};
+use surfelshop_image::display_transform::{DisplayTransform, to_8_bit};
 use surfelshop_image::{Image, exr, metrics, outputs, png};
 use surfelshop_session::output::files;
 

@@ -12,7 +12,7 @@ use surfelshop_api::{
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::environment_map::Probe;
 use surfelshop_image::Image;
-use surfelshop_image::display::{DisplayTransform, develop, to_8_bit};
+use surfelshop_image::display_transform::{DisplayTransform, develop, to_8_bit};
 use surfelshop_render::{
     Engine, EngineOptions, RenderError, RenderRequest, Rendered, RendererView, Restored,
 };

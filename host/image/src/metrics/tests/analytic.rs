@@ -2,7 +2,7 @@
 
 use super::pictures::{PAIRS, picture, radiance, scene};
 use crate::Image;
-use crate::display::{Background, DisplayTransform, ToneMap};
+use crate::display_transform::{Background, DisplayTransform, ToneMap};
 use crate::metrics::{Settings, compare, compare_levels, compare_with_maps, in_color, psnr};
 use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
 

@@ -2,7 +2,7 @@
 
 use super::pictures::{PAIRS, picture, radiance, scene};
 use crate::Image;
-use crate::display::{Background, DisplayTransform};
+use crate::display_transform::{Background, DisplayTransform};
 use crate::metrics::{Comparison, MetricsError, Reference, Settings, compare, compare_with_maps};
 
 fn gray(width: i32, height: i32) -> Image {

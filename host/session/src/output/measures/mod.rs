@@ -2,13 +2,12 @@
 
 mod projection;
 
-pub use projection::{ScreenPoint, project, project_line};
-
 use crate::input::clouds::Clouds;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
+pub use projection::{ScreenPoint, project, project_line};
 use surfelshop_api::View;
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::display::UpDirection;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{Figure, Measure, Units};
 use surfelshop_image::Image;
 use surfelshop_image::lines::line;
@@ -36,14 +35,6 @@ pub struct DrawnMeasure {
     pub label: String,
 }
 
-/// The direction that points upwards.
-pub fn up_vector(up: UpDirection) -> DVec3 {
-    match up {
-        UpDirection::Y => DVec3::Y,
-        UpDirection::Z => DVec3::Z,
-    }
-}
-
 /// The clouds that surfels are measured of: those whose surfels are all in memory.
 pub fn measured(clouds: &Clouds) -> Vec<&Cloud> {
     let all = clouds.loaded.iter().map(|loaded| &loaded.cloud);
@@ -53,11 +44,11 @@ pub fn measured(clouds: &Clouds) -> Vec<&Cloud> {
 /// What is to be drawn of measures: those that are not hidden, with what they measure of clouds.
 pub fn drawn<'a>(
     measures: impl Iterator<Item = &'a Measure>,
-    up: UpDirection,
+    up: Axis,
     units: Units,
     clouds: &Clouds,
 ) -> Vec<DrawnMeasure> {
-    let (up, measured) = (up_vector(up), measured(clouds));
+    let (up, measured) = (up.direction(), measured(clouds));
     let shown = measures.filter(|measure| !measure.hidden);
     let one = |measure: &Measure| {
         // One that cannot be measured has its lines all the same.
@@ -119,6 +110,7 @@ fn label(image: &mut Image, [x, y]: [f32; 2], text: &str, size: f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use surfelshop_api::{Camera, Projection};
     use surfelshop_cloud::scene::MeasureKind;
 
@@ -141,7 +133,7 @@ mod tests {
         let mut measure = Measure::new(MeasureKind::Distance, vec![at(-4.0, 2.0), at(4.0, 2.0)]);
         let clouds = Clouds::of(Vec::new());
         let units = Units { metres: Some(1.0) };
-        let all = drawn([&measure].into_iter(), UpDirection::Y, units, &clouds);
+        let all = drawn([&measure].into_iter(), Axis::PlusY, units, &clouds);
         assert_eq!(all[0].label, "8 m");
         let mut image = picture(300, 200);
         draw(&mut image, &view(), &all);
@@ -163,6 +155,6 @@ mod tests {
             draw(&mut picture(size[0], size[1]), &view(), &all);
         }
         measure.hidden = true;
-        assert!(drawn([&measure].into_iter(), UpDirection::Y, units, &clouds).is_empty());
+        assert!(drawn([&measure].into_iter(), Axis::PlusY, units, &clouds).is_empty());
     }
 }

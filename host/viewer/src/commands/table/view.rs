@@ -13,6 +13,7 @@ use crate::views::{layout, navigation};
 use crate::window::Window;
 use eframe::egui::{Context, Key, KeyboardShortcut};
 use surfelshop_api::Projection;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_session::options::UpAxis;
 
 /// A command that looks from one side.
@@ -25,7 +26,7 @@ const fn side(
     Command::new(words, Menu::Camera, about, run).keys(keys).when(has_clouds)
 }
 
-pub(super) static CAMERA: [Command; 12] = [
+pub(super) static CAMERA: [Command; 13] = [
     Command::new(
         ("frame-all", "See everything", Icon::Scan),
         Menu::Camera,
@@ -98,7 +99,7 @@ pub(super) static CAMERA: [Command; 12] = [
         |window, _| window.set_up(UpAxis::Y),
         &[],
     )
-    .state(|window| window.document.up != UpAxis::Z)
+    .state(|window| window.document.up.axis() == Axis::PlusY)
     .group(),
     side(
         ("up-z", "z points up", Icon::ArrowUp),
@@ -107,6 +108,12 @@ pub(super) static CAMERA: [Command; 12] = [
         &[],
     )
     .state(|window| window.document.up == UpAxis::Z),
+    side(
+        ("up-down", "Turn upside down", Icon::ArrowDown),
+        "Turns the views so that what pointed down points up, and remembers that for files of this kind.",
+        |window, _| window.turn_upside_down(),
+        &[],
+    ),
 ];
 
 fn is_orthographic(window: &Window) -> bool {

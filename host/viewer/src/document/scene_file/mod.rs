@@ -7,7 +7,6 @@ pub(crate) mod bookmarks;
 mod lights_off;
 pub(crate) mod placement;
 pub(super) mod values;
-
 use super::open_clouds::OpenCloud;
 use super::settings::{Mode, PaneSettings};
 use crate::views::arrangement;
@@ -15,12 +14,13 @@ use crate::views::layout::{MOST_PANES, follow_settings};
 use crate::window::Window;
 use std::path::Path;
 use surfelshop_api::params::{Values, srgb_to_linear};
-use surfelshop_cloud::display::{Filter, UpDirection};
+use surfelshop_cloud::display::Filter;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{
     Backdrop, CloudRenderer, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile,
     SceneView, ToneMap,
 };
-use surfelshop_image::display::{self, Background};
+use surfelshop_image::display_transform::{self, Background};
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::options::UpAxis;
@@ -143,8 +143,8 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
     });
     file.exposure_stops = settings.scene.exposure_stops;
     file.tone_map = match settings.tone_map {
-        display::ToneMap::Clamp => ToneMap::Clamp,
-        display::ToneMap::Neutral => ToneMap::Neutral,
+        display_transform::ToneMap::Clamp => ToneMap::Clamp,
+        display_transform::ToneMap::Neutral => ToneMap::Neutral,
     };
     file.background = match settings.background {
         Background::Transparent => Backdrop::Transparent,
@@ -207,7 +207,7 @@ fn put_display(window: &Window, file: &mut SceneFile) {
     // The usual axis is left out where it was not said before, and where the clouds do not say another one.
     let shown = window.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
     let of_clouds = UpAxis::Auto.or_of(shown.map(|loaded| loaded.cloud.source()));
-    let is_usual = [display.up, of_clouds.into()].iter().all(|up| *up == UpDirection::default());
+    let is_usual = [display.up, of_clouds.into()].iter().all(|up| *up == Axis::default());
     if file.up.is_some() || !is_usual {
         file.up = Some(display.up);
     }

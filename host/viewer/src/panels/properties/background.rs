@@ -5,7 +5,7 @@ use crate::document::{PaneSettings, Settings, USUAL_BACKGROUND};
 use crate::window::Window;
 use eframe::egui::{self, Role, Ui, WidgetInfo};
 use surfelshop_api::params::{Value, linear_to_srgb, srgb_to_linear};
-use surfelshop_image::display::Background;
+use surfelshop_image::display_transform::Background;
 
 /// The renderer that can show the environment, and its parameter for that.
 const RENDERER: &str = "environment";

@@ -1,12 +1,11 @@
 //! The camera of the focused view.
 
-use super::{Scale, command_button, row, row_of, slider_row};
+use super::{Scale, axes, command_button, row, row_of, slider_row};
 use crate::document::PaneSettings;
 use crate::views::{CameraMode, navigation};
 use crate::window::Window;
 use eframe::egui::{self, Response, Ui, vec2};
 use surfelshop_api::{Camera, Projection};
-use surfelshop_session::options::UpAxis;
 
 /// Shows the camera.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
@@ -69,15 +68,10 @@ fn mode(window: &mut Window, ui: &mut Ui) {
 fn up_axis(window: &mut Window, ui: &mut Ui) {
     let about = "The axis that points upwards; remembered for files of this kind.";
     row_of(ui, "up axis", about, |ui, _| {
-        let is_z = window.document.up == UpAxis::Z;
-        let y = ui.selectable_label(!is_z, "y");
-        let z = ui.selectable_label(is_z, "z");
-        if y.clicked() {
-            window.set_up(UpAxis::Y);
-        } else if z.clicked() {
-            window.set_up(UpAxis::Z);
-        }
-        y | z
+        let mut axis = window.document.up.axis();
+        let shown = axes(ui, &mut axis);
+        window.set_up(axis.into());
+        shown
     });
 }
 

@@ -10,8 +10,8 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use surfelshop_api::UnitKind;
 use surfelshop_api::params::{ParamDecl, ParamKind, Values};
-use surfelshop_cloud::Loaded;
 use surfelshop_cloud::scene::CloudRenderer;
+use surfelshop_cloud::{Loaded, in_groups};
 use surfelshop_runtime::plugins::Registry;
 use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::NamedRenderer;
@@ -139,8 +139,8 @@ fn uploading(window: &Window, ui: &mut Ui) {
 fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
     let Loaded { cloud, summary } = &open_cloud.loaded;
     let number = match cloud.len() as u64 {
-        _ if is_pyramid => format!("{}, in a pyramid", grouped(summary.n_surfels)),
-        n => grouped(n),
+        _ if is_pyramid => format!("{}, in a pyramid", in_groups(summary.n_surfels)),
+        n => in_groups(n),
     };
     fact(ui, "surfels", "Oriented discs, one for each point.", &number);
     let facts = cloud.facts();
@@ -171,36 +171,10 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
         (summary.radii.clamped, "radii shortened"),
     ];
     for (number, what) in done.into_iter().filter(|(number, _)| *number > 0) {
-        ui.weak(format!("{} {what}", grouped(number)));
+        ui.weak(format!("{} {what}", in_groups(number)));
     }
     for warning in &summary.warnings {
         let text = RichText::new(warning).color(ui.visuals().warn_fg_color);
         ui.add(Label::new(text).wrap());
-    }
-}
-
-/// A number with spaces between groups of three digits.
-pub(in crate::panels) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut grouped = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            grouped.push(' ');
-        }
-        grouped.push(digit);
-    }
-    grouped
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_grouped_by_three_digits() {
-        for (number, expected) in [(0, "0"), (999, "999"), (1000, "1 000"), (1234567, "1 234 567")]
-        {
-            assert_eq!(grouped(number), expected);
-        }
     }
 }

@@ -6,7 +6,6 @@ use crate::window::Window;
 use eframe::egui::{self, DragValue, RichText, Sense, TextEdit, Ui, vec2};
 use egui_plot::{Plot, PlotPoints, Points};
 use surfelshop_cloud::scene::{LONGEST_NOTE, Measure, MeasureKind, Profile, Quantity};
-use surfelshop_session::output::measures::up_vector;
 
 /// Height of the plot, points.
 const PLOT: f32 = 190.0;
@@ -92,10 +91,10 @@ fn places(ui: &mut Ui, measure: &Measure) {
 
 /// How thick the slab is.
 fn thickness(window: &mut Window, ui: &mut Ui, index: usize) {
-    let up = window.document.up.into();
+    let up = window.document.up.axis();
     let Some(measure) = window.settings.measures.get_mut(index) else { return };
     let [first, last] = &measure.places[..] else { return };
-    let (way, up) = (*last - *first, up_vector(up));
+    let (way, up) = (*last - *first, up.direction());
     let usual = Profile::USUAL_THICKNESS * (way - way.dot(up) * up).length();
     let mut thickness = measure.thickness.unwrap_or(usual);
     let about = "Of the slab around the plane, scene units: surfels in it are in the profile.";

@@ -4,7 +4,7 @@ use super::{Scale, background, row_of, slider_row};
 use crate::window::Window;
 use eframe::egui::{self, Ui};
 use surfelshop_cloud::scene::{EyeDomeLighting, EyeDomeUse};
-use surfelshop_image::display::ToneMap;
+use surfelshop_image::display_transform::ToneMap;
 
 /// Shows the section.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {

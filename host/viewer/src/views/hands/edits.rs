@@ -5,6 +5,7 @@ use crate::window::Window;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::files::write_whole;
+use surfelshop_cloud::in_groups;
 use surfelshop_cloud::selection::{Selection, SelectionError, deleted, extracted, with_value};
 use surfelshop_session::input::strokes;
 
@@ -34,7 +35,7 @@ impl Window {
             }
         }
         let plural = if n == 1 { "" } else { "s" };
-        self.messages.report(format!("{done} {} surfel{plural}", grouped(n)));
+        self.messages.report(format!("{done} {} surfel{plural}", in_groups(n as u64)));
     }
 
     /// Deletes what is selected.
@@ -102,34 +103,8 @@ pub(crate) fn unused(cloud: &Path, ending: &str) -> PathBuf {
     free.unwrap_or_else(|| name(MOST_FILES))
 }
 
-/// A number with commas between thousands.
-pub(super) fn grouped(n: usize) -> String {
-    let digits = n.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 /// What is selected, for the status line.
 pub(crate) fn status(window: &Window) -> Option<String> {
     let (n, of) = window.n_selected();
-    (n > 0).then(|| format!("{} of {} selected", grouped(n), grouped(of)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn thousands_are_told_apart() {
-        assert_eq!(
-            [0, 999, 1000, 438_101, 12_345_678].map(grouped),
-            ["0", "999", "1,000", "438,101", "12,345,678"]
-        );
-    }
+    (n > 0).then(|| format!("{} of {} selected", in_groups(n as u64), in_groups(of as u64)))
 }

@@ -1,10 +1,10 @@
 //! Surfels that are hidden: each time a step of undo. Clouds and their files stay as they are, and a scene has what is hidden.
 
-use super::edits::grouped;
 use crate::window::Window;
 use std::sync::Arc;
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::display::hidden;
+use surfelshop_cloud::in_groups;
 use surfelshop_cloud::selection::{Combine, Selection, SelectionError};
 
 impl Window {
@@ -54,7 +54,8 @@ impl Window {
             }
         }
         let plural = if n == 1 { "" } else { "s" };
-        self.messages.report(format!("hid {} surfel{plural}; Alt+H shows them", grouped(n)));
+        self.messages
+            .report(format!("hid {} surfel{plural}; Alt+H shows them", in_groups(n as u64)));
     }
 
     /// Shows all hidden surfels of the visible clouds.

@@ -1,7 +1,6 @@
 //! What a hand does, in a small window over the pictures: how large it is, what else is selected, and the parameters of
 //! a tool.
 
-use super::edits::grouped;
 use super::state::HandMode;
 use crate::commands::{find, icon_button};
 use crate::dialogs::{ParameterOwner, files};
@@ -12,6 +11,7 @@ use crate::views::measuring;
 use crate::window::Window;
 use eframe::egui::{self, Align2, ComboBox, Context, DragValue, Rect, Slider, TextEdit, Ui, vec2};
 use surfelshop_api::{Dabs, Falloff, Reach};
+use surfelshop_cloud::in_groups;
 
 /// Radii that can be chosen, shares of the picture's height.
 const RADII: std::ops::RangeInclusive<f32> = 0.002..=0.4;
@@ -77,7 +77,7 @@ fn select(window: &mut Window, ui: &mut Ui) {
     ui.weak("Shift adds, Ctrl takes away, both keep what is in both.");
     let (n, of) = window.n_selected();
     ui.separator();
-    ui.label(format!("{} of {} surfels", grouped(n), grouped(of)));
+    ui.label(format!("{} of {} surfels", in_groups(n as u64), in_groups(of as u64)));
     ui.add_enabled_ui(n > 0, |ui| {
         ui.horizontal(|ui| {
             for id in ["surfels-delete", "surfels-crop", "surfels-split"] {
@@ -146,7 +146,7 @@ fn tool(window: &mut Window, ui: &mut Ui, name: &str) {
     }
     let (n, _) = window.n_selected();
     if n > 0 {
-        ui.weak(format!("Works on the {} selected surfels alone.", grouped(n)));
+        ui.weak(format!("Works on the {} selected surfels alone.", in_groups(n as u64)));
     }
     if !window.views.hands.said.is_empty() {
         ui.weak(&window.views.hands.said);

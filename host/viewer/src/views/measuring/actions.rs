@@ -7,7 +7,7 @@ use eframe::egui::Context;
 use std::path::Path;
 use surfelshop_cloud::files::write_whole;
 use surfelshop_cloud::scene::{Figure, Measure, MeasureKind, MeasuredRow, Quantity, Units};
-use surfelshop_session::output::measures::{DrawnMeasure, up_vector};
+use surfelshop_session::output::measures::DrawnMeasure;
 
 impl Window {
     /// Metres of a scene unit: as the files say, else as the user does; `None` where nobody does.
@@ -35,7 +35,7 @@ impl Window {
 
     /// The numbers of a measure, the one that its label shows first.
     pub(crate) fn quantities_of(&self, measure: &Measure) -> Vec<Quantity> {
-        let mut all = measure.quantities(up_vector(self.document.up.into()));
+        let mut all = measure.quantities(self.document.up.axis().direction());
         let surveyed = self.views.measuring.surveys.of(measure);
         all.extend(surveyed.iter().flat_map(|surveyed| surveyed.quantities.iter().copied()));
         all
@@ -45,12 +45,12 @@ impl Window {
     pub(crate) fn measure_label(&self, measure: &Measure) -> String {
         let surveyed = self.views.measuring.surveys.of(measure);
         let of_surfels = surveyed.map(|surveyed| &surveyed.quantities[..]).unwrap_or_default();
-        self.units().label(measure, up_vector(self.document.up.into()), of_surfels)
+        self.units().label(measure, self.document.up.axis().direction(), of_surfels)
     }
 
     /// What is drawn of measures into pictures: those that are not hidden.
     pub(crate) fn drawn_measures(&self) -> Vec<DrawnMeasure> {
-        let up = up_vector(self.document.up.into());
+        let up = self.document.up.axis().direction();
         let shown = self.settings.measures.iter().filter(|measure| !measure.hidden);
         let drawn = shown.map(|measure| DrawnMeasure {
             figure: Figure::of(measure, up),

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use surfelshop_api::Camera;
 use surfelshop_cloud::scene::{Figure, Measure};
 use surfelshop_image::Image;
-use surfelshop_session::output::measures::{INK, up_vector};
+use surfelshop_session::output::measures::INK;
 
 /// Pieces of a line that may each lie behind something, points of the screen, and the most of them.
 const PIECE: f64 = 7.0;
@@ -46,7 +46,7 @@ pub(in crate::views) fn show(window: &Window, ui: &Ui, pane: u32, pictures: &[(u
     if window.document.clouds.is_none() {
         return;
     }
-    let (up, units) = (up_vector(window.document.up.into()), window.units());
+    let (up, units) = (window.document.up.axis().direction(), window.units());
     let selection = window.selection();
     let all = window.settings.measures.iter().enumerate();
     let shown: Vec<(Figure, String, bool)> = all

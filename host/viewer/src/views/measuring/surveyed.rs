@@ -3,10 +3,10 @@
 use eframe::egui::Context;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use surfelshop_cloud::display::UpDirection;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{Measure, MeasureKind, Profile, Quantity, Volume};
 use surfelshop_session::input::clouds::Clouds;
-use surfelshop_session::output::measures::{measured, up_vector};
+use surfelshop_session::output::measures::measured;
 
 /// Most points that a plot shows.
 const MOST_POINTS: usize = 4000;
@@ -15,7 +15,7 @@ const MOST_POINTS: usize = 4000;
 #[derive(Clone, PartialEq)]
 struct Subject {
     measure: Measure,
-    up: UpDirection,
+    up: Axis,
     revision: u64,
 }
 
@@ -55,8 +55,8 @@ fn bare(measure: &Measure) -> Measure {
     Measure { thickness: measure.thickness, ..Measure::new(measure.kind, measure.places.clone()) }
 }
 
-fn survey(measure: &Measure, up: UpDirection, clouds: &Clouds) -> Surveyed {
-    let (up, clouds) = (up_vector(up), measured(clouds));
+fn survey(measure: &Measure, up: Axis, clouds: &Clouds) -> Surveyed {
+    let (up, clouds) = (up.direction(), measured(clouds));
     let failed = |fault: String| Surveyed { fault: Some(fault), ..Surveyed::default() };
     if clouds.is_empty() {
         return failed("pyramids are not measured: their surfels are not in memory".to_owned());
@@ -84,7 +84,7 @@ impl Surveys {
     pub(super) fn advance(
         &mut self,
         measures: &[Measure],
-        up: UpDirection,
+        up: Axis,
         (clouds, revision): (&Arc<Clouds>, u64),
         ctx: &Context,
     ) {

@@ -1,9 +1,9 @@
 //! The list of categories, each shown or hidden, with its colour and how many surfels it has.
 
-use crate::panels::properties::grouped;
 use crate::window::Window;
 use eframe::egui::{self, Color32, ScrollArea, Sense, Ui, vec2};
 use surfelshop_cloud::display::{Attribute, Categories, Filter, FilterAction, FilterTest};
+use surfelshop_cloud::in_groups;
 
 /// Shows the list.
 pub(super) fn show(window: &mut Window, ui: &mut Ui, categories: &Categories) {
@@ -33,7 +33,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui, categories: &Categories) {
                 ui.painter().rect_filled(swatch, 2.0, Color32::from_rgb(red, green, blue));
                 let is_changed = ui.checkbox(&mut shown, categories.label(value)).changed();
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    ui.weak(grouped(n));
+                    ui.weak(in_groups(n));
                 });
                 if is_changed {
                     let others = hidden.iter().copied().filter(|other| *other != value);

@@ -3,7 +3,6 @@
 mod categories;
 mod filters;
 mod ramp;
-
 use super::{check_row, row, row_of};
 use crate::window::Window;
 use eframe::egui::{self, Ui};
@@ -11,6 +10,7 @@ use surfelshop_api::columns::{
     CLIP, COLOR, NORMAL, NORMAL_FIELD, POSITION, ROUND, TANGENT_U, TANGENT_V,
 };
 use surfelshop_cloud::display::{Attribute, ColorBy, ColorSource, Colors, MapChoice};
+use surfelshop_cloud::in_groups;
 use surfelshop_session::input::clouds::Clouds;
 
 /// Columns that are no numbers of their own.
@@ -39,7 +39,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     filters::show(window, ui);
     let n_hidden = window.document.clouds.as_ref().map_or(0, |shown| shown.displayed.n_hidden());
     if n_hidden > 0 {
-        let n = crate::panels::properties::grouped(n_hidden);
+        let n = in_groups(n_hidden);
         ui.weak(format!("{n} surfels are hidden"));
     }
     if window.document.display_job.is_some() {

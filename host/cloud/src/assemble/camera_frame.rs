@@ -1,0 +1,116 @@
+//! Clouds in the coordinates of a depth camera: x to the right, y down, z ahead, as depth cameras write them. They stand
+//! on their heads where nobody knows.
+
+use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
+use crate::cloud::source::Source;
+use glam::DVec3;
+use surfelshop_api::format::Pose;
+
+/// Points that are looked at.
+const LOOKED_AT: usize = 4096;
+
+/// The largest tangent of an angle off the axis: 60 degrees, more than depth cameras see.
+const WIDEST: f64 = 1.75;
+
+/// The least width of what is seen, as a tangent: a depth camera sees 0.8 and more, an object before it less. What is far
+/// off is narrower, and was not seen from zero.
+const NARROWEST: f64 = 0.3;
+
+/// The least ratio of far to near: a depth camera sees what is near and what is behind it.
+const DEEPEST: f64 = 1.25;
+
+/// The share of points that may lie anywhere.
+const OUTSIDE: f64 = 0.01;
+
+/// The axis that points up in a cloud that lies before a camera at zero which looks along z; `None` where the file says
+/// the axis, where a pose moved the cloud, and where it lies otherwise.
+#[must_use]
+pub fn guessed_up(cloud: &Cloud, source: &Source) -> Option<Axis> {
+    let is_moved = source.scans.iter().any(|scan| scan.pose != Pose::default());
+    if source.said_up().is_some() || is_moved || cloud.is_empty() {
+        return None;
+    }
+    let step = cloud.len().div_ceil(LOOKED_AT).max(1);
+    let places = cloud.positions().iter().step_by(step);
+    let mut seen: Vec<DVec3> = places.map(|place| cloud.origin() + place.as_dvec3()).collect();
+    let n = seen.len();
+    seen.retain(|place| place.z > 0.0 && place.truncate().abs().max_element() <= WIDEST * place.z);
+    if ((n - seen.len()) as f64) > OUTSIDE * n as f64 {
+        return None;
+    }
+    let ends = |of: fn(&DVec3) -> f64| {
+        let mut all: Vec<f64> = seen.iter().map(of).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        let end = |share: f64| all.get((share * (all.len() - 1) as f64) as usize).copied();
+        end(0.02).zip(end(0.98))
+    };
+    let (near, far) = ends(|place| place.z)?;
+    let (left, right) = ends(|place| place.x / place.z)?;
+    let (low, high) = ends(|place| place.y / place.z)?;
+    if far < DEEPEST * near || (right - left).max(high - low) < NARROWEST {
+        return None;
+    }
+    // Rows of an organised cloud say it where the camera was turned on its side.
+    let of_rows = source.grid_up.map(Axis::nearest).filter(|axis| axis.index() != 2);
+    Some(of_rows.unwrap_or(Axis::MinusY))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cloud::buffer::Buffer;
+    use crate::cloud::column::Column;
+    use crate::cloud::source::Scan;
+    use surfelshop_api::format::UpAxis;
+
+    /// A floor and a wall as a depth camera at zero has them: y points down.
+    fn room() -> Vec<DVec3> {
+        let grid = |i: i32| (f64::from(i % 40) - 20.0, f64::from(i / 40));
+        let floor =
+            (0..1600).map(|i| grid(i)).map(|(x, y)| DVec3::new(x * 0.05, 1.0, 1.2 + 0.05 * y));
+        let wall =
+            (0..1600).map(|i| grid(i)).map(|(x, y)| DVec3::new(x * 0.1, 1.0 - 0.05 * y, 3.2));
+        floor.chain(wall).collect()
+    }
+
+    fn guess(places: impl IntoIterator<Item = DVec3>, source: &Source) -> Option<Axis> {
+        let places = places.into_iter().flat_map(|place| place.as_vec3().to_array());
+        let places: Vec<f32> = places.collect();
+        let n = places.len() / 3;
+        let columns = vec![
+            Column::new("position", 3, Buffer::F32(places)),
+            Column::new("normal", 3, Buffer::F32([0.0, 0.0, 1.0].repeat(n))),
+            Column::new("radius", 1, Buffer::F32(vec![0.05; n])),
+        ];
+        guessed_up(&Cloud::new(DVec3::ZERO, columns).unwrap(), source)
+    }
+
+    #[test]
+    fn what_a_depth_camera_took_has_minus_y_upwards_and_nothing_else_has() {
+        let nothing_said = Source::default();
+        assert_eq!(guess(room(), &nothing_said), Some(Axis::MinusY));
+        let strays = [DVec3::NEG_Z; 20];
+        assert_eq!(guess(room().into_iter().chain(strays), &nothing_said), Some(Axis::MinusY));
+        // Around zero, behind the camera, flat and far off, narrow and far off.
+        assert_eq!(guess(room().into_iter().map(|p| p - DVec3::Z * 2.0), &nothing_said), None);
+        assert_eq!(guess(room().into_iter().map(|p| -p), &nothing_said), None);
+        let land = |p: DVec3| DVec3::new(p.x * 50.0, p.z * 30.0, 400.0 + p.y * 10.0);
+        assert_eq!(guess(room().into_iter().map(land), &nothing_said), None);
+        assert_eq!(guess(room().into_iter().map(|p| p + DVec3::Z * 40.0), &nothing_said), None);
+        assert_eq!(guess([], &nothing_said), None);
+    }
+
+    #[test]
+    fn files_that_say_how_they_stand_are_left_and_rows_say_more() {
+        let said = Source { up: UpAxis::Z, ..Source::default() };
+        assert_eq!(guess(room(), &said), None);
+        let pose = Pose { translation: DVec3::X, ..Pose::default() };
+        let scan = Scan { name: String::new(), pose, scanner: None };
+        assert_eq!(guess(room(), &Source { scans: vec![scan], ..Source::default() }), None);
+        for (rows, expected) in [(DVec3::X, Axis::PlusX), (DVec3::Z, Axis::MinusY)] {
+            let source = Source { grid_up: Some(rows), ..Source::default() };
+            assert_eq!(guess(room(), &source), Some(expected));
+        }
+    }
+}
