@@ -57,12 +57,18 @@ pub(crate) fn text(contents: &Contents) -> Result<String, Error> {
         }
     }
     if clouds.iter().any(|cloud| cloud.header.has_faces) {
-        row("faces", "there are some".to_owned())?;
+        row("triangles", "yes".to_owned())?;
     }
     let boxes = clouds.iter().filter_map(|cloud| cloud.bounds);
     let whole = boxes.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)]);
     if let Some([low, high]) = whole {
         row("bounds", bounds(low, high))?;
+    }
+    if let [only] = &clouds[..]
+        && let Some(place) = only.header.scanner
+    {
+        let place = only.header.pose.place(place);
+        row("scanner", numbers(place, place.abs().max_element()))?;
     }
     if let Some([width, height]) = first.header.grid.filter(|_| clouds.len() == 1) {
         row("grid", format!("{width} x {height}"))?;
@@ -82,7 +88,7 @@ pub(crate) fn text(contents: &Contents) -> Result<String, Error> {
 
 fn scan(cloud: &CloudContents) -> String {
     let name = &cloud.header.name;
-    let name = if name.is_empty() { String::new() } else { format!("{}, ", cut(name)) };
+    let name = if name.is_empty() { String::new() } else { format!("`{}`, ", cut(name)) };
     let place = match cloud.header.scanner.map(|place| cloud.header.pose.place(place)) {
         Some(place) => format!(", scanner at {}", numbers(place, place.abs().max_element())),
         None => String::new(),
@@ -138,8 +144,10 @@ pub(crate) fn source_rows(
 ) -> Result<(), Error> {
     if let Some(up) = source.said_up() {
         row("up", up.name().to_owned())?;
-    } else if let Some(up) = source.guessed_up {
-        row("up", format!("{}, by how the points lie before a camera", up.name()))?;
+    } else if let Some(frame) = source.camera_frame {
+        let seen = if frame.is_one_view { ", which saw all of them" } else { "" };
+        let up = frame.up.name();
+        row("up", format!("{up}, by how the points lie before a depth camera{seen}"))?;
     }
     if source.metres_per_unit > 0.0 {
         row("unit", format!("{} m", source.metres_per_unit))?;

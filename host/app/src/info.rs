@@ -6,6 +6,7 @@ use crate::contents_info::{self, shortened};
 use crate::{pyramid_info, scene_info};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
+use std::path::Path;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 use surfelshop_pyramid::is_pyramid_file;
 use surfelshop_session::input::formats::SessionFormats;
@@ -15,64 +16,87 @@ use surfelshop_session::output::{provenance, terminal};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
-    let (mut objects, mut scenes, mut probes) = (Vec::new(), Vec::new(), Vec::new());
+    let mut told = Told::default();
     let formats = SessionFormats::new(&arguments.plugins);
+    let mut faults = Vec::new();
     for file in &arguments.files {
-        if surfelshop_cloud::scene::is_scene(file) {
-            let opened = surfelshop_cloud::scene::read(file)?;
-            if arguments.report.json {
-                scenes.push(scene_info::object(&opened));
-            } else {
-                terminal::line(scene_info::text(&opened)?)?;
-            }
-            continue;
-        }
-        if let Some(source) = environment_map::probe_named(file) {
-            let probe = environment_map::read(&source, None)?;
-            if arguments.report.json {
-                probes.push(probe_info::object(&probe));
-            } else {
-                terminal::line(probe_info::text(&probe)?)?;
-            }
-            continue;
-        }
-        if is_pyramid_file(file) {
-            if arguments.report.json {
-                objects.push(pyramid_info::object(file)?);
-            } else {
-                terminal::line(pyramid_info::text(file)?)?;
-            }
-            continue;
-        }
-        if !arguments.full {
-            let progress = Progress::new(format!("reading {}", file.display()));
-            let tell = |fraction| progress.tell(fraction);
-            let contents = surfelshop_cloud::inspect(file, &formats.reading(&tell))?;
-            drop(progress);
-            if arguments.report.json {
-                objects.extend(contents_info::objects(&contents));
-            } else {
-                terminal::line(contents_info::text(&contents)?)?;
-            }
-            continue;
-        }
-        let loaded = clouds::read(file, &formats)?;
-        if arguments.report.json {
-            objects.push(object(&loaded));
-        } else {
-            terminal::line(text(&loaded)?)?;
+        // What is wrong with one file keeps nobody from knowing the others.
+        if let Err(error) = tell(file, arguments, &formats, &mut told) {
+            faults.push(error);
         }
     }
-    if arguments.report.json {
-        let version = env!("CARGO_PKG_VERSION");
+    let Some(last) = faults.pop() else { return told.finish(arguments, &formats) };
+    if faults.len() + 1 < arguments.files.len() {
+        told.finish(arguments, &formats)?;
+    }
+    faults.iter().for_each(|error| terminal::note(format!("{error:#}")));
+    Err(last)
+}
+
+/// What was said of files, as JSON.
+#[derive(Default)]
+struct Told {
+    clouds: Vec<Value>,
+    scenes: Vec<Value>,
+    probes: Vec<Value>,
+}
+
+impl Told {
+    fn finish(self, arguments: &InfoArguments, formats: &SessionFormats) -> anyhow::Result<()> {
+        if !arguments.report.json {
+            return Ok(());
+        }
         terminal::json(&json!({
             "command": "info",
-            "version": version,
-            "clouds": objects,
-            "scenes": scenes,
-            "probes": probes,
+            "version": env!("CARGO_PKG_VERSION"),
+            "clouds": self.clouds,
+            "scenes": self.scenes,
+            "probes": self.probes,
             "formats_loaded": formats.n_loaded(),
-        }))?;
+        }))
+    }
+}
+
+/// Says what is in a file.
+fn tell(
+    file: &Path,
+    arguments: &InfoArguments,
+    formats: &SessionFormats,
+    told: &mut Told,
+) -> anyhow::Result<()> {
+    let json = arguments.report.json;
+    if surfelshop_cloud::scene::is_scene(file) {
+        let opened = surfelshop_cloud::scene::read(file)?;
+        match json {
+            true => told.scenes.push(scene_info::object(&opened)),
+            false => terminal::line(scene_info::text(&opened)?)?,
+        }
+    } else if let Some(source) = environment_map::probe_named(file) {
+        let probe = environment_map::read(&source, None)?;
+        match json {
+            true => told.probes.push(probe_info::object(&probe)),
+            false => terminal::line(probe_info::text(&probe)?)?,
+        }
+    } else if is_pyramid_file(file) {
+        match json {
+            true => told.clouds.push(pyramid_info::object(file)?),
+            false => terminal::line(pyramid_info::text(file)?)?,
+        }
+    } else if !arguments.full {
+        let progress = Progress::new(format!("reading {}", file.display()));
+        let tell = |fraction| progress.tell(fraction);
+        let contents = surfelshop_cloud::inspect(file, &formats.reading(&tell))?;
+        drop(progress);
+        match json {
+            true => told.clouds.extend(contents_info::objects(&contents)),
+            false => terminal::line(contents_info::text(&contents)?)?,
+        }
+    } else {
+        let loaded = clouds::read(file, formats)?;
+        match json {
+            true => told.clouds.push(object(&loaded)),
+            false => terminal::line(text(&loaded)?)?,
+        }
     }
     Ok(())
 }

@@ -37,7 +37,7 @@ mod tests;
 mod toml_text;
 mod write;
 
-pub use assemble::guessed_up;
+pub use assemble::camera_frame;
 pub use cloud::Cloud;
 pub use cloud::buffer::Buffer;
 pub use cloud::changes::changed_rows;
@@ -47,7 +47,7 @@ pub use cloud::edit::{EditedCloud, StagedEdits};
 pub use cloud::part::CloudPart;
 pub use cloud::provenance::{CloudEdit, How, ToolRun};
 pub use cloud::selection;
-pub use cloud::source::{Scan, Source};
+pub use cloud::source::{CameraFrame, Scan, Source};
 pub use cloud::splat_columns;
 pub use cloud::splats::SplatKind;
 pub use cloud::transform::{Rotation, Transform};

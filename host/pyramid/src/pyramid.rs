@@ -193,8 +193,8 @@ impl Pyramid {
         let clouds: Vec<&Cloud> = clouds.iter().filter(|cloud| !cloud.is_empty()).collect();
         let cloud = together(&clouds, self.origin(), Missing::LeftOut)
             .map_err(|error| PyramidError::file(&self.path, error.to_string()))?;
-        let guessed_up = surfelshop_cloud::guessed_up(&cloud, &self.source);
-        let source = Source { guessed_up, ..self.source.clone() };
+        let camera_frame = surfelshop_cloud::camera_frame(&cloud, &self.source);
+        let source = Source { camera_frame, ..self.source.clone() };
         Ok(cloud.with_source(source).with_object(self.object()))
     }
 

@@ -19,6 +19,7 @@ use surfelshop_cloud::display::Legend;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::inside;
 use surfelshop_session::options::camera::Extent;
+use surfelshop_session::options::lights;
 use surfelshop_session::{parameters, session};
 
 /// The whole state of the window.
@@ -157,6 +158,7 @@ impl Window {
         match self.inside() {
             Some(camera) => {
                 self.views.walking = true;
+                lights::suit(&mut self.settings.scene.lights, true);
                 self.set_camera(self.views.focused, camera);
             }
             None => self

@@ -115,7 +115,8 @@ impl Tool for Normals {
         let mut parts = String::new();
         match params.orientation {
             Orientation::Outwards => {
-                parts = format!(", {} parts turned outwards", found.n_components);
+                let s = if found.n_components == 1 { "" } else { "s" };
+                parts = format!(", {} part{s} turned outwards", found.n_components);
             }
             Orientation::Visible => {
                 let progress = progress_of(job, share..0.98, "looking from free space");

@@ -111,7 +111,7 @@ impl Tool for Outliers {
                 };
                 let limit = usual.limit(deviations);
                 let kept = means.iter().map(|&mean| mean <= limit).collect();
-                (kept, format!("more than {limit:.4} from their nearest"))
+                (kept, format!("more than {limit:.4} from their nearest neighbours"))
             }
         };
         let n_gone = kept.len() - count(&kept);

@@ -23,7 +23,7 @@ use crate::options::ReadOptions;
 use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
 pub(crate) use appearance::NARROW_COLORS;
-pub use camera_frame::guessed_up;
+pub use camera_frame::camera_frame;
 pub(crate) use gaussians::TrainedSplats;
 pub(crate) use gaussians::{are_splats, woven as woven_splats};
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
@@ -63,6 +63,7 @@ pub(crate) fn cloud(
     memory_estimate::ask(&table.fields, n_rows, n_triangles, options, 0)
         .map_err(ReadFault::memory(table.n_rows))?;
     let placed = position::take(&mut table, &mut summary)?;
+    source.camera_frame = camera_frame::before_camera(placed.origin, &placed.positions, &source);
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
     let splats = gaussians::take(&mut table, options, &mut summary)?;
     let shape = match &splats {
@@ -97,7 +98,6 @@ pub(crate) fn cloud(
         expected: "columns that make a cloud".to_owned(),
         found: error.to_string(),
     })?;
-    source.guessed_up = guessed_up(&cloud, &source);
     let cloud = with_provenance(&cloud, &table.comments, &summary).with_source(source);
     summary.n_surfels = cloud.len() as u64;
     summary.splats = splat_columns(&cloud);

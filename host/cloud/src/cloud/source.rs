@@ -16,13 +16,22 @@ pub struct Scan {
     pub scanner: Option<DVec3>,
 }
 
+/// A cloud in the coordinates of a depth camera, which is at zero and looks along z.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CameraFrame {
+    /// The axis that points up.
+    pub up: Axis,
+    /// Whether that camera saw all of it.
+    pub is_one_view: bool,
+}
+
 /// What a file said of its clouds besides their points; all of it may be unknown.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Source {
     /// The axis that points up.
     pub up: UpAxis,
-    /// The axis that points up by the places of the points, where the file says none and they tell it.
-    pub guessed_up: Option<Axis>,
+    /// How the points lie before a depth camera at zero, where the file does not say how they stand and they do.
+    pub camera_frame: Option<CameraFrame>,
     /// Metres of a unit of coordinates; 0 where unknown.
     pub metres_per_unit: f64,
     /// Coordinate reference system as the file has it; may be empty.
@@ -58,7 +67,7 @@ impl Source {
         let mut metres = headers().map(|header| header.metres_per_unit);
         Self {
             up: up.unwrap_or_default(),
-            guessed_up: None,
+            camera_frame: None,
             metres_per_unit: metres
                 .find(|metres| metres.is_finite() && *metres > 0.0)
                 .unwrap_or(0.0),
@@ -89,10 +98,15 @@ impl Source {
         Some(self.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0)
     }
 
-    /// Places of devices in the common coordinates; `None` where no scan has one.
+    /// Places of devices in the common coordinates, of each scan or of the cloud: as the file says, or that of the
+    /// depth camera that saw all of it; `None` where no scan has one.
     #[must_use]
     pub fn scanners(&self) -> Option<Vec<Option<DVec3>>> {
         let places: Vec<_> = self.scans.iter().map(|scan| scan.scanner).collect();
-        places.iter().any(Option::is_some).then_some(places)
+        if places.iter().any(Option::is_some) {
+            return Some(places);
+        }
+        let is_seen = self.camera_frame.is_some_and(|frame| frame.is_one_view);
+        is_seen.then(|| vec![Some(DVec3::ZERO); places.len().max(1)])
     }
 }

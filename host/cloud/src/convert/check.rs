@@ -49,6 +49,24 @@ pub(super) fn selection(
     Ok(())
 }
 
+/// Refuses to make one cloud of some whose coordinates are not in the same unit.
+pub(super) fn one_unit(headers: &[CloudHeader]) -> std::result::Result<(), String> {
+    let metres = |header: &CloudHeader| {
+        Some(header.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0)
+    };
+    // Feet of the survey are 2 millionths longer than others: too little to tell by a rounded number.
+    let differs = |a: f64, b: f64| (a - b).abs() > 1e-9 * a.max(b);
+    let mut known = headers.iter().filter_map(metres);
+    let Some(first) = known.next() else { return Ok(()) };
+    match known.find(|metres| differs(first, *metres)) {
+        Some(other) => Err(format!(
+            "the clouds are in different units: coordinates of {first} m and of {other} m do not fit into one cloud; \
+             convert them one by one"
+        )),
+        None => Ok(()),
+    }
+}
+
 /// What of the clouds is lost by the selection, or filled in, in lines.
 pub(super) fn remarks(
     headers: &[CloudHeader],
@@ -58,6 +76,24 @@ pub(super) fn remarks(
     let mut lines = Vec::new();
     if selection.thins() && headers.iter().any(|header| header.has_faces) {
         lines.push("triangles are kept only where no point is left out".to_owned());
+    }
+    let mut systems = headers.iter().map(|header| header.coordinate_system.trim());
+    if let Some(first) = systems.find(|system| !system.is_empty())
+        && becomes_one
+        && systems.any(|other| !other.is_empty() && other != first)
+    {
+        lines.push(
+            "the clouds have different coordinate systems; what is written has that of the first"
+                .to_owned(),
+        );
+    }
+    let n_known = headers.iter().filter(|header| header.metres_per_unit > 0.0).count();
+    if becomes_one && n_known > 0 && n_known < headers.len() {
+        let n = headers.len() - n_known;
+        lines.push(format!(
+            "{n} of {} clouds do not say their unit, which is taken to be that of the others",
+            headers.len()
+        ));
     }
     let mut partly: Vec<&str> = headers
         .iter()
@@ -71,7 +107,8 @@ pub(super) fn remarks(
     if becomes_one && !partly.is_empty() {
         let names: Vec<String> = partly.iter().map(|name| format!("`{name}`")).collect();
         lines.push(format!(
-            "not every cloud has {}: their points get NaN, 0 where numbers are whole or spherical harmonics, and neutral grey as colour",
+            "not every cloud has {}: points without a value get NaN, or 0 in columns of whole numbers and of spherical harmonics; \
+             without a colour, grey",
             names.join(", ")
         ));
     }

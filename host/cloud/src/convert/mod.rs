@@ -96,6 +96,9 @@ pub fn convert(
     let several = id.as_ref().is_some_and(|id| write.formats.takes_several(id)) && !merge;
     let Heads { mut headers, whole, trained_splats, .. } = Heads::of(inputs, read, id.is_none())?;
     check::selection(&headers, selection).map_err(ConvertError::Selection)?;
+    if !several {
+        check::one_unit(&headers).map_err(ConvertError::Selection)?;
+    }
     let narrow_colors = selection.keeps(COLOR) && check::colors_are_narrow(inputs, &headers, read)?;
     if narrow_colors {
         headers.iter_mut().for_each(check::narrow_colors);

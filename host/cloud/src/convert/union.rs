@@ -36,14 +36,6 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
     let text = |text: fn(&CloudHeader) -> &String| {
         headers.iter().map(text).find(|text| !text.is_empty()).cloned().unwrap_or_default()
     };
-    let same = |value: fn(&CloudHeader) -> f64| {
-        let first = value(&first);
-        if headers.iter().all(|header| value(header).to_bits() == first.to_bits()) {
-            first
-        } else {
-            0.0
-        }
-    };
     let scanner = match headers {
         [only] => only.scanner.map(|place| only.pose.place(place)),
         _ => None,
@@ -68,7 +60,8 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
             .map(|header| header.up)
             .find(|&up| up != UpAxis::Unknown)
             .unwrap_or_default(),
-        metres_per_unit: same(|header| header.metres_per_unit),
+        // Clouds of different units were refused.
+        metres_per_unit: headers.iter().map(|header| header.metres_per_unit).fold(0.0, f64::max),
         grid,
         coordinate_system: text(|header| &header.coordinate_system),
         time: text(|header| &header.time),

@@ -32,7 +32,15 @@ pub fn lens(lens: &LensArguments, clouds: &Clouds) -> LensArguments {
     let camera = match lens.camera {
         CameraSpec::Inside => {
             let clouds = with_standpoint(clouds.clone(), lens.up);
-            stand(&clouds, lens.up).unwrap_or_else(|| {
+            let found = stand(&clouds, lens.up);
+            if let Some(CameraSpec::Placed { eye, .. }) = found
+                && is_outside(&clouds, eye)
+            {
+                terminal::note(
+                    "--camera inside: this is where the file says its scanner stood, outside of what it scanned",
+                );
+            }
+            found.unwrap_or_else(|| {
                 terminal::note(
                     "--camera inside: no scanner's place is known and no room was found, so the \
                      picture is taken from outside",
@@ -43,6 +51,12 @@ pub fn lens(lens: &LensArguments, clouds: &Clouds) -> LensArguments {
         camera => camera,
     };
     LensArguments { camera, ..lens.clone() }
+}
+
+/// Whether a place is outside of the box around everything.
+fn is_outside(clouds: &Clouds, place: DVec3) -> bool {
+    let facts = &clouds.facts;
+    place.cmplt(facts.bounds_min).any() || place.cmpgt(facts.bounds_max).any()
 }
 
 /// The clouds with a place in their largest free space, at eye height where units are known; unchanged where a
@@ -117,15 +131,15 @@ pub fn is_first_view(clouds: &Clouds) -> bool {
 
 /// Whether a file says where a device stood.
 fn has_scanner(clouds: &Clouds) -> bool {
-    let mut scans = clouds.loaded.iter().flat_map(|loaded| &loaded.cloud.source().scans);
-    scans.any(|scan| scan.scanner.is_some())
+    clouds.loaded.iter().any(|loaded| loaded.cloud.source().scanners().is_some())
 }
 
 /// The place of a device: of several the one nearest to the middle of all.
 fn scanner(clouds: &[&Cloud]) -> Option<DVec3> {
     let places: Vec<DVec3> = clouds
         .iter()
-        .flat_map(|cloud| cloud.source().scans.iter().filter_map(|scan| scan.scanner))
+        .flat_map(|cloud| cloud.source().scanners().unwrap_or_default())
+        .flatten()
         .collect();
     let middle = places.iter().sum::<DVec3>() / places.len().max(1) as f64;
     let distance = |place: &&DVec3| place.distance_squared(middle);

@@ -16,6 +16,9 @@ const BRIGHTEST: f64 = 32.0;
 
 /// Says in lines what cannot be seen.
 pub fn note(clouds: &Clouds, scene: &Scene) {
+    if let Some(line) = nothing_to_see(clouds) {
+        terminal::note(line);
+    }
     if let Some(line) = far_apart(clouds) {
         terminal::note(format!("{line}; render one of them alone"));
     }
@@ -23,6 +26,20 @@ pub fn note(clouds: &Clouds, scene: &Scene) {
         if let Some(line) = unsuited(light, [clouds.facts.bounds_min, clouds.facts.bounds_max]) {
             terminal::note(format!("light {}: {line}", i + 1));
         }
+    }
+}
+
+/// Why there is nothing to see, in a line: files without points, or with all of them in one place.
+fn nothing_to_see(clouds: &Clouds) -> Option<&'static str> {
+    let in_files = clouds.loaded.iter().map(|loaded| loaded.summary.n_surfels).sum::<u64>();
+    let facts = &clouds.facts;
+    match clouds.loaded.is_empty() {
+        true => None,
+        false if in_files == 0 => Some("there are no points to show"),
+        false if in_files > 1 && facts.n_surfels > 1 && facts.bounds_min == facts.bounds_max => {
+            Some("all points lie in one place")
+        }
+        false => None,
     }
 }
 
@@ -35,9 +52,21 @@ pub fn far_apart(clouds: &Clouds) -> Option<String> {
     let is_far = sizes.len() > 1 && largest < SPECK * whole;
     is_far.then(|| {
         format!(
-            "the clouds lie {whole:.4} apart and the largest measures {largest:.4}: all are specks"
+            "the clouds lie {} apart and the largest measures {}: all are specks",
+            rounded(whole),
+            rounded(largest)
         )
     })
+}
+
+/// A length of about four digits.
+fn rounded(length: f64) -> String {
+    match length {
+        0.0 => "0".to_owned(),
+        _ if !(1e-3..1e7).contains(&length) => format!("{length:.2e}"),
+        _ if length < 1000.0 => format!("{length:.3}"),
+        _ => format!("{length:.0}"),
+    }
 }
 
 fn diagonal(facts: &CloudFacts) -> f64 {
@@ -60,7 +89,7 @@ pub fn unsuited(light: &Light, [min, max]: [DVec3; 2]) -> Option<String> {
     let farthest =
         position.distance(DVec3::select((*position - min).cmpgt(max - *position), min, max));
     let middle = position.distance(0.5 * (min + max)).max(0.125 * size);
-    let suits = format!("an intensity of {:.3} would suit", middle * middle);
+    let suits = format!("an intensity of {} would suit", rounded(middle * middle));
     if most / (nearest * nearest) < DARKEST {
         return Some(format!("it is too weak for its distance to be seen; {suits}"));
     }
@@ -89,7 +118,7 @@ mod tests {
     fn clouds_that_are_specks_are_far_apart() {
         assert_eq!(far_apart(&pair(20.0)), None);
         let line = far_apart(&pair(1000.0)).unwrap();
-        assert!(line.contains("1001.0000 apart and the largest measures 1.0000"), "{line}");
+        assert!(line.contains("1001 apart and the largest measures 1.000"), "{line}");
         assert_eq!(far_apart(&Clouds::of(Vec::new())), None);
     }
 
@@ -104,7 +133,7 @@ mod tests {
             assert_eq!(unsuited(&light, scene), None, "{light:?}");
         }
         let line = unsuited(&lamp(1000.0, 1.0), scene).unwrap();
-        assert!(line.contains("too weak") && line.contains("1000000.000 would suit"), "{line}");
+        assert!(line.contains("too weak") && line.contains("1000000 would suit"), "{line}");
         assert!(unsuited(&lamp(0.0, 1e-6), scene).unwrap().contains("too weak"));
         assert!(unsuited(&lamp(3.0, 1e5), scene).unwrap().contains("everything is white"));
         assert_eq!(unsuited(&Scene::default().lights[0], scene), None);

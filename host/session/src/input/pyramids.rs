@@ -194,7 +194,12 @@ pub fn open_in_place(
         return Ok(None);
     }
     let started = Instant::now();
-    let Some(pyramid) = Pyramid::in_place(path, Arc::new(formats.clone()))? else {
+    let in_place = match Pyramid::in_place(path, Arc::new(formats.clone())) {
+        // Whoever reads the file as a whole says what can be read of it.
+        Err(_) if !is_asked => return Ok(None),
+        in_place => in_place?,
+    };
+    let Some(pyramid) = in_place else {
         if is_asked {
             terminal::warn(format!(
                 "{}: its points lie in no octree that could be read in place; `surfelshop index` makes a pyramid",
@@ -207,7 +212,10 @@ pub fn open_in_place(
     if !is_asked && memory::available().is_none_or(|free| bytes <= free) {
         return Ok(None);
     }
-    opened(pyramid, budget, started).map(Some)
+    match opened(pyramid, budget, started) {
+        Err(_) if !is_asked => Ok(None),
+        open => open.map(Some),
+    }
 }
 
 /// Opens a pyramid: a cloud that stands for the whole, and what is drawn instead.

@@ -245,7 +245,7 @@ impl UpAxis {
             if said.is_none() || one == Some(Axis::PlusZ) {
                 said = one.or(said);
             }
-            guessed = guessed.or(source.guessed_up);
+            guessed = guessed.or(source.camera_frame.map(|frame| frame.up));
         }
         said.or(guessed).unwrap_or_default().into()
     }

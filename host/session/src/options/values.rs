@@ -134,7 +134,15 @@ pub fn crop_box(text: &str) -> Result<[DVec3; 2], String> {
     };
     let (low, high) = text.split_once(':').ok_or_else(expected)?;
     let (low, high) = corner(low).zip(corner(high)).ok_or_else(expected)?;
-    if low.cmple(high).all() { Ok([low, high]) } else { Err(expected()) }
+    match (0..3).find(|&axis| low[axis] > high[axis]) {
+        None => Ok([low, high]),
+        Some(axis) => Err(format!(
+            "{} runs from {} down to {}; put the smallest coordinates first, the largest behind the colon",
+            ["x", "y", "z"][axis],
+            low[axis],
+            high[axis]
+        )),
+    }
 }
 
 /// Reads a number of threads.

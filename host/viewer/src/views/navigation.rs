@@ -97,8 +97,13 @@ pub(crate) fn zoom(camera: &mut Camera, factor: f64, anchor: DVec3) {
 /// Moves eye and target along the camera's own axes; `step` is right, up and forward, in distances
 /// to the target.
 pub(crate) fn fly(camera: &mut Camera, step: DVec3) {
+    walk(camera, step * reach(camera));
+}
+
+/// The same; `step` is in scene units.
+pub(crate) fn walk(camera: &mut Camera, step: DVec3) {
     let [right, up, backward] = axes(camera);
-    let offset = (right * step.x + up * step.y - backward * step.z) * reach(camera);
+    let offset = right * step.x + up * step.y - backward * step.z;
     camera.eye += offset;
     camera.target += offset;
 }

@@ -28,6 +28,7 @@ use surfelshop_runtime::plugins::has_library_extension;
 use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::environment_map::is_probe;
 use surfelshop_session::input::inside::is_first_view;
+use surfelshop_session::input::plausibility;
 use surfelshop_session::input::sample::find_sample;
 use surfelshop_session::options::{UpAxis, lights};
 
@@ -264,6 +265,10 @@ impl Window {
         let of_scene = scene.and_then(|scene| scene.up).map(UpAxis::from);
         self.document.up = of_scene.unwrap_or(of_files);
         self.look_first();
+        let shown = self.document.clouds.as_ref().filter(|_| scene.is_none());
+        if let Some(line) = shown.and_then(|shown| plausibility::far_apart(&shown.clouds)) {
+            self.messages.warn(format!("{line}; double-click one in the list to look at it"));
+        }
         match scene {
             Some(scene) => {
                 if let Some(shown) = &mut self.document.clouds {

@@ -93,7 +93,9 @@ impl Panes<'_> {
             let eye = if self.window.views.walking { camera.eye } else { target + from_target };
             self.window.fly_to(id, surfelshop_api::Camera { eye, target, ..*camera });
         }
-        fly(ui, camera);
+        let shown = self.window.document.clouds.as_ref().filter(|_| self.window.views.walking);
+        let metres = shown.and_then(|shown| shown.clouds.metres_per_unit());
+        fly(ui, camera, metres);
         let found = depth.map(|depth| navigation::point_at(&before, position, depth));
         // The search visits every surfel, so only for another point.
         if self.window.views.pointer_position != found {
@@ -158,8 +160,15 @@ pub(super) fn pivot(window: &Window, painter: &Painter, pane: u32, rects: &[Rect
     }
 }
 
-/// Flies with the keys while the pointer is over a picture: W A S D, E up, Q down.
-fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera) {
+/// Metres that one walks in a second.
+const WALK: f64 = 3.0;
+
+/// How many times as fast one is with Shift.
+const RUN: f64 = 5.0;
+
+/// Flies with the keys while the pointer is over a picture: W A S D, E up, Q down. Who walks in a scan whose units are
+/// known has the speed of a person; others go so many times the distance to what they look at in a second.
+fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera, metres_per_unit: Option<f64>) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
@@ -170,9 +179,19 @@ fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera) {
             down(Key::E) - down(Key::Q),
             down(Key::W) - down(Key::S),
         );
-        (if input.modifiers.any() { DVec3::ZERO } else { step }, f64::from(input.stable_dt))
+        let modifiers = input.modifiers;
+        let speed = match (modifiers.alt || modifiers.ctrl || modifiers.command, modifiers.shift) {
+            (true, _) => 0.0,
+            (false, true) => RUN,
+            (false, false) => 1.0,
+        };
+        (speed * step, f64::from(input.stable_dt))
     });
     if keys != DVec3::ZERO {
-        navigation::fly(camera, keys * seconds.min(0.1));
+        let step = keys * seconds.min(0.1);
+        match metres_per_unit {
+            Some(metres) => navigation::walk(camera, step * (WALK / metres)),
+            None => navigation::fly(camera, step),
+        }
     }
 }

@@ -150,11 +150,14 @@ fn above_floors(cells: &Cells, clearances: &[f32], eyes: f64) -> Vec<Candidate> 
     let [nx, ny, nz] = cells.size;
     // From the middle of the floor's cube.
     let height = (eyes.round() as usize).max(1);
+    let ground = ground(cells, (GROUND_REACH * eyes).ceil() as usize);
+    let rise = (GROUND_RISE * eyes).ceil() as usize;
     for (x, y) in (0..ny).flat_map(|y| (0..nx).map(move |x| (x, y))) {
         let mut floor = None;
+        let highest = ground[y * nx + x].saturating_add(rise);
         for z in 0..nz {
             if cells.filled[cells.index([x, y, z])] {
-                floor = Some(z);
+                floor = Some(z).filter(|z| *z <= highest);
             } else if floor.is_some_and(|floor| z == floor + height) {
                 let clearance = clearances[cells.index([x, y, z])];
                 // A head's width, of a person's height of 1.07 eye heights.
@@ -165,6 +168,27 @@ fn above_floors(cells: &Cells, clearances: &[f32], eyes: f64) -> Vec<Candidate> 
         }
     }
     found
+}
+
+/// How far around one the ground is looked for, in eye heights, and how much higher a floor may be, so that slopes of 30
+/// degrees are floors, and roofs, tables and crowns of trees are none.
+const GROUND_REACH: f64 = 2.0;
+const GROUND_RISE: f64 = 1.15;
+
+/// For each column of cubes the lowest filled one within so many columns along both axes; `usize::MAX` without any.
+fn ground(cells: &Cells, reach: usize) -> Vec<usize> {
+    let [nx, ny, nz] = cells.size;
+    let lowest = |i: usize| {
+        let filled = (0..nz).find(|&z| cells.filled[cells.index([i % nx, i / nx, z])]);
+        filled.unwrap_or(usize::MAX)
+    };
+    let lowest: Vec<usize> = (0..nx * ny).map(lowest).collect();
+    let around = |at: usize, n: usize| at.saturating_sub(reach)..(at + reach + 1).min(n);
+    let least = |all: &mut dyn Iterator<Item = usize>| all.min().unwrap_or(usize::MAX);
+    let along: Vec<usize> = (0..nx * ny)
+        .map(|i| least(&mut around(i % nx, nx).map(|x| lowest[i / nx * nx + x])))
+        .collect();
+    (0..nx * ny).map(|i| least(&mut around(i / nx, ny).map(|y| along[y * nx + i % nx]))).collect()
 }
 
 /// Cubes with more room than those around them.
