@@ -93,7 +93,7 @@ pub(super) fn face_what_is_seen(
     counts.turned += turned as u64;
     if is_guess {
         summary.warnings.push(
-            "nothing tells which side of the surface was scanned, so all normals may face the other one; \
+            "it is a guess which side of the surface was scanned, and all normals may face the other one; \
              `bake -t normals --set orientation=flip` turns them"
                 .to_owned(),
         );

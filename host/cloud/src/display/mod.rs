@@ -55,6 +55,8 @@ pub struct Display {
     filters: Vec<Filter>,
     splats: SplatSettings,
     up: Axis,
+    /// What heights are in, where all clouds say it.
+    length_unit: Option<&'static str>,
 }
 
 /// A cloud as it is displayed.
@@ -81,7 +83,7 @@ impl Default for Display {
     /// Everything as it is.
     fn default() -> Self {
         let (splats, up) = (SplatSettings::default(), Axis::default());
-        Self { colors: Colors::File, filters: Vec::new(), splats, up }
+        Self { colors: Colors::File, filters: Vec::new(), splats, up, length_unit: None }
     }
 }
 
@@ -94,6 +96,18 @@ pub(crate) fn numbers<'a>(
     let scalar = Scalar::of(cloud, attribute, up)?;
     let scalar = scalar.ok_or_else(|| unknown(&[cloud], attribute))?;
     Ok(move |index| if index < scalar.len() { scalar.value(index) } else { f64::NAN })
+}
+
+/// The unit of coordinates, where all clouds say the same one and it has a sign.
+fn length_unit(clouds: &[&Cloud]) -> Option<&'static str> {
+    let mut all = clouds.iter().map(|cloud| cloud.source().metres());
+    let first = all.next()??;
+    if !all.all(|metres| metres == Some(first)) {
+        return None;
+    }
+    // A survey foot is 1200/3937 m.
+    let units = [(1.0, "m"), (0.001, "mm"), (0.01, "cm"), (0.3048, "ft"), (1200.0 / 3937.0, "ft")];
+    units.into_iter().find(|(metres, _)| (first / metres - 1.0).abs() < 1e-6).map(|(_, sign)| sign)
 }
 
 impl Display {
@@ -113,7 +127,8 @@ impl Display {
             }
         }
         let colors = Colors::of(color, clouds, *up)?;
-        Ok(Self { colors, filters: filters.clone(), splats: *splats, up: *up })
+        let (filters, length_unit) = (filters.clone(), length_unit(clouds));
+        Ok(Self { colors, filters, splats: *splats, up: *up, length_unit })
     }
 
     /// A cloud as it is displayed. Clouds without the attribute of a filter are shown whole, and those without
@@ -157,7 +172,12 @@ impl Display {
     /// What the colours mean; `None` where they say nothing of numbers.
     #[must_use]
     pub fn legend(&self) -> Option<Legend> {
-        Legend::of(&self.colors, &self.filters)
+        let legend = Legend::of(&self.colors, &self.filters)?;
+        let unit = match &self.colors {
+            Colors::Ramp(ramp) if ramp.attribute == Attribute::Height => self.length_unit,
+            _ => legend.unit,
+        };
+        Some(Legend { unit, ..legend })
     }
 
     /// The number of a surfel in an attribute; `None` where the cloud lacks it or the surfel.

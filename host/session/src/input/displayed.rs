@@ -8,7 +8,8 @@ use anyhow::Context as _;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use surfelshop_cloud::display::{
-    Colors, Display, DisplayError, DisplaySettings, HiddenSurfels, Legend, hiding,
+    Colors, Display, DisplayError, DisplaySettings, HiddenSurfels, Legend, Scale, Statistics,
+    hiding,
 };
 use surfelshop_cloud::selection::{Selection, SelectionError, tinted};
 use surfelshop_cloud::{Cloud, Loaded, Summary};
@@ -50,7 +51,11 @@ impl DisplayedClouds {
 
     /// Displays clouds as settings say, and says where nothing is shown.
     pub(crate) fn shown(clouds: Clouds, settings: &DisplaySettings) -> anyhow::Result<Self> {
-        let displayed = Self::new(&Arc::new(clouds), settings)?;
+        let clouds = Arc::new(clouds);
+        let displayed = Self::new(&clouds, settings)?;
+        if let Some(line) = below_the_scale(displayed.display.colors(), &clouds, settings) {
+            terminal::note(line);
+        }
         let n = displayed.n_surfels;
         // Of a pyramid the merged surfels do not say what is shown.
         if displayed.clouds.facts.n_surfels == 0 && n > 0 && displayed.clouds.pyramids.is_empty() {
@@ -201,6 +206,21 @@ pub fn hide(
     let cloud = hiding(&loaded.cloud, &selection).with_context(said)?;
     loaded.cloud = cloud;
     Ok(())
+}
+
+/// What a logarithmic scale does not tell apart, in a line.
+fn below_the_scale(colors: &Colors, clouds: &Clouds, settings: &DisplaySettings) -> Option<String> {
+    let Colors::Ramp(ramp) = colors else { return None };
+    if ramp.scale != Scale::Logarithmic {
+        return None;
+    }
+    let all: Vec<&Cloud> = clouds.loaded.iter().map(|loaded| &loaded.cloud).collect();
+    let known = Statistics::of(&all, &ramp.attribute, settings.up).ok()?;
+    let [least, _] = known.ends()?;
+    (least <= 0.0).then(|| {
+        let name = ramp.attribute.title();
+        format!("the scale of `{name}` is logarithmic: what is 0 or less has the colour of its lower end")
+    })
 }
 
 /// What colours surfels, in JSON.

@@ -162,13 +162,13 @@ fn the_panel_has_sources_maps_and_filters() {
     screen.window().settings.color.range = [RangeEnd::Value(0.5), RangeEnd::Value(1.5)];
     screen.settle();
     screen.frames();
-    screen.harness.get_by_label("show only these").click();
+    screen.harness.get_by_label("hide the rest").click();
     screen.until("the filter", |window| window.settings.filters.len() == 1);
     let filter = screen.window().settings.filters[0].clone();
     assert_eq!(filter.test, FilterTest::Range([0.5, 1.5]));
     screen.settle();
     assert!(n_shown(&mut screen) < 119_051);
-    screen.harness.get_by_label("2 % to 98 %").click();
+    screen.harness.get_by_label("usual range").click();
     screen
         .until("the usual range", |window| window.settings.color.range == ColorSource::USUAL_RANGE);
 }

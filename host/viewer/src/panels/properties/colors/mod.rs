@@ -147,8 +147,8 @@ fn component(ui: &mut Ui, color: &mut ColorSource, attribute: &Attribute, clouds
 /// The choice of a map; `shown` is what the colours are now.
 fn map(ui: &mut Ui, color: &mut ColorSource, shown: &Colors) {
     let automatic = match shown {
-        Colors::Ramp(ramp) => format!("automatic ({})", ramp.map.name()),
-        Colors::Categories(_) => "automatic (categories)".to_owned(),
+        Colors::Ramp(ramp) => format!("auto: {}", ramp.map.name()),
+        Colors::Categories(_) => "auto: categories".to_owned(),
         Colors::File | Colors::Uniform(_) | Colors::Normal(_) => "automatic".to_owned(),
     };
     let name = |choice: MapChoice| match choice {

@@ -39,7 +39,11 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui, ramp: &Ramp, whole: &Clouds
     handles(ui, color, ramp, &bins);
     ends(ui, color, ramp);
     ui.horizontal(|ui| {
-        if ui.button("show only these").on_hover_text("hide what lies outside").clicked() {
+        if ui
+            .button("hide the rest")
+            .on_hover_text("Shows only surfels whose numbers lie between the ends.")
+            .clicked()
+        {
             let (attribute, test) = (ramp.attribute.clone(), FilterTest::Range(ramp.range));
             let filters = &mut window.settings.filters;
             let is_same = |filter: &Filter| {
@@ -49,8 +53,12 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui, ramp: &Ramp, whole: &Clouds
             filters.push(Filter { attribute, action: FilterAction::Keep, test });
         }
         let is_usual = window.settings.color.range == ColorSource::USUAL_RANGE;
-        let usual = egui::Button::new("2 % to 98 %");
-        if ui.add_enabled(!is_usual, usual).on_hover_text("the usual range").clicked() {
+        let usual = egui::Button::new("usual range");
+        if ui
+            .add_enabled(!is_usual, usual)
+            .on_hover_text("From 2 % to 98 % of the numbers.")
+            .clicked()
+        {
             window.settings.color.range = ColorSource::USUAL_RANGE;
         }
     });
