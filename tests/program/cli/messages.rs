@@ -151,6 +151,17 @@ fn unknown_endings_of_clouds_are_refused() {
     assert_eq!(desk.files(), ["one.ply"]);
 }
 
+/// A tenth of a second.
+#[test]
+fn a_file_that_cannot_be_read_hides_no_other() {
+    let desk = desk();
+    desk.put("bad.ply", "no cloud");
+    let ended = desk.run("info one.ply bad.ply one.ply");
+    assert_eq!(ended.stdout.matches("one.ply\n").count(), 2, "{ended:?}");
+    ended.failed(&["bad.ply", "expected"]);
+    desk.run("info bad.ply").failed(&["bad.ply", "expected"]);
+}
+
 #[test]
 fn closed_pipe_does_not_disturb() {
     let desk = desk();

@@ -223,4 +223,27 @@ mod tests {
         assert!(lines.len() == 1 && lines[0].contains("not every cloud has `heat`"), "{lines:?}");
         assert!(remarks(&two, &of(&["heat"], None), false).is_empty());
     }
+
+    fn of_unit(metres_per_unit: f64) -> CloudHeader {
+        CloudHeader { metres_per_unit, ..CloudHeader::default() }
+    }
+
+    #[test]
+    fn feet_and_metres_make_no_cloud_and_unknown_units_are_said() {
+        let headers = |units: &[f64]| units.iter().map(|unit| of_unit(*unit)).collect::<Vec<_>>();
+        let [survey, foot] = [1200.0 / 3937.0, 0.3048];
+        for units in [&[1.0, survey][..], &[0.0, survey, 1.0], &[foot, survey]] {
+            let line = one_unit(&headers(units)).unwrap_err();
+            assert!(line.contains("different units") && line.contains("one by one"), "{line}");
+        }
+        for units in [&[][..], &[0.0], &[0.0, 0.0], &[survey, 0.0, survey], &[1.0, 1.0]] {
+            assert_eq!(one_unit(&headers(units)), Ok(()), "{units:?}");
+        }
+        let lines = remarks(&headers(&[1.0, 0.0]), &Selection::default(), true);
+        assert!(lines[0].starts_with("1 of 2 clouds do not say their unit"), "{lines:?}");
+        assert!(remarks(&headers(&[1.0, 0.0]), &Selection::default(), false).is_empty());
+        let system = |name: &str| CloudHeader { coordinate_system: name.into(), ..of_unit(1.0) };
+        let lines = remarks(&[system("A"), system(""), system("B")], &Selection::default(), true);
+        assert!(lines[0].contains("different coordinate systems"), "{lines:?}");
+    }
 }

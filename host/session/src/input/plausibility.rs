@@ -123,6 +123,23 @@ mod tests {
     }
 
     #[test]
+    fn files_without_anything_to_see_are_said() {
+        let of = |n: usize, at: &[f32]| {
+            let positions = Buffer::F32(at.iter().flat_map(|x| [*x, 0.0, 0.0]).collect());
+            let cloud =
+                Cloud::new(DVec3::ZERO, vec![Column::new("position", 3, positions)]).unwrap();
+            let summary = Summary { n_surfels: n as u64, ..Summary::default() };
+            nothing_to_see(&Clouds::of(vec![Loaded { cloud, summary }]))
+        };
+        assert_eq!(of(0, &[]), Some("there are no points to show"));
+        assert_eq!(of(2, &[1.0, 1.0]), Some("all points lie in one place"));
+        assert_eq!(of(2, &[1.0, 2.0]), None);
+        assert_eq!(of(1, &[1.0]), None);
+        assert_eq!(of(2, &[]), None, "filters hide them, which is said elsewhere");
+        assert_eq!(nothing_to_see(&Clouds::of(Vec::new())), None);
+    }
+
+    #[test]
     fn lamps_suit_the_size_of_the_scene() {
         let scene = [DVec3::splat(-1.0), DVec3::splat(1.0)];
         let lamp = |x: f64, intensity: f32| Light::Point {

@@ -43,6 +43,29 @@ fn one_stands_on_the_floor_of_a_room_and_sees_most_of_it() {
 }
 
 #[test]
+fn one_stands_on_the_ground_and_not_in_crowns() {
+    let mut scene = Scene { positions: Vec::new(), normals: Vec::new() };
+    let mut add = |x: f32, y: f32, z: f32| {
+        scene.positions.push(Vec3::new(x, y, z));
+        scene.normals.push(Vec3::Z);
+    };
+    // Ground, and crowns of 4 m over it, through which a tenth of the ground is seen, as from the air.
+    for i in 0..120 * 120 {
+        let (x, y) = ((i % 120) as f32 * 0.25, (i / 120) as f32 * 0.25);
+        let is_below = (x % 10.0).min(y % 10.0) > 3.0 && (x % 10.0).max(y % 10.0) < 7.0;
+        if is_below {
+            add(x, y, 10.0 + 0.3 * ((i * 7) % 10) as f32 / 10.0);
+        }
+        if !is_below || i % 10 == 0 {
+            add(x, y, 0.0);
+        }
+    }
+    let found = places(&scene, EYES, 20);
+    assert!(!found.is_empty());
+    assert!(found.iter().all(|place| place.position.z < 3.0), "{found:?}");
+}
+
+#[test]
 fn both_of_two_rooms_have_places() {
     let found = places(&scenes::two_rooms(120.0), EYES, 8);
     let is_first = |place: &&Place| place.position.x < 5.0;
