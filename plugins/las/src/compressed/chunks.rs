@@ -72,7 +72,15 @@ impl Chunks {
                 .to_owned(),
         );
         if compression.order == Order::Layers {
-            return walked(file, start + 8, compression, announced, job);
+            let found = walked(file, start + 8, compression, announced, job)?;
+            if let Self::Known { points: Some(points), .. } = &found
+                && *points < announced
+            {
+                warnings.push(format!(
+                    "{points} of {announced} points are in chunks that are whole: the file is cut short or damaged"
+                ));
+            }
+            return Ok(found);
         }
         Ok(streamed(start + 8, announced, bounded(announced, most, warnings)))
     }
