@@ -72,6 +72,7 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             "scenes": scenes,
             "probes": probes,
             "formats_loaded": formats.n_loaded(),
+            "modules_compiled": surfelshop_runtime::plugins::n_compiled(),
         }))?;
     }
     Ok(())
