@@ -53,6 +53,7 @@ impl Told {
             "scenes": self.scenes,
             "probes": self.probes,
             "formats_loaded": formats.n_loaded(),
+            "modules_compiled": surfelshop_runtime::plugins::n_compiled(),
         }))
     }
 }

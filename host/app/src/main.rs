@@ -26,6 +26,8 @@ use arguments::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
 use std::process::ExitCode;
 use surfelshop_evaluate::{bench, check, compare, demo, explain, merge, report, share};
+#[cfg(unix)]
+use surfelshop_runtime::isolate;
 use surfelshop_session::input::{budget, pyramids};
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::terminal;
@@ -33,6 +35,10 @@ use surfelshop_session::{interrupt, manual, render};
 use surfelshop_viewer::ViewerArguments;
 
 fn main() -> ExitCode {
+    #[cfg(unix)]
+    if std::env::args_os().nth(1).is_some_and(|word| word == isolate::ARGUMENT) {
+        return serve();
+    }
     #[cfg(target_os = "linux")]
     silence_device_selection();
     terminal::start_log();
@@ -63,6 +69,15 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => terminal::failed(&error),
     }
+}
+
+/// Does what the program orders that started this one for a plugin.
+#[cfg(unix)]
+fn serve() -> ExitCode {
+    terminal::start_log();
+    let Err(_no_socket) = isolate::serve();
+    let line = "the program starts itself so, for plugins in processes of their own; see --isolate";
+    terminal::failed(&anyhow::anyhow!("{}: {line}", isolate::ARGUMENT))
 }
 
 /// Runs a command.

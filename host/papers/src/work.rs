@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 use surfelshop_api::params::Values;
 use surfelshop_cloud::ToolRun;
+use surfelshop_session::options::is_plugin_file;
 use surfelshop_session::output::digest::FileDigest;
 use surfelshop_session::output::{command_line, files, terminal};
 use surfelshop_session::session;
@@ -212,6 +213,15 @@ impl<'a> Work<'a> {
         };
         for file in &plugins.plugin {
             add("--plugin", Some(commands::from_root(file)));
+        }
+        for plugin in &plugins.isolate {
+            add(
+                "--isolate",
+                Some(match is_plugin_file(plugin) {
+                    true => commands::from_root(Path::new(plugin)),
+                    false => plugin.clone(),
+                }),
+            );
         }
         add("--trust-file", plugins.trust_file.as_deref().map(commands::from_root));
         if command != "convert" {

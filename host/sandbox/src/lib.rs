@@ -31,6 +31,6 @@ mod tests;
 pub use calls::{Lent, TileCall};
 pub use host::{BatchTaker, Host};
 pub use instance::{Instance, Limits};
-pub use module::Module;
+pub use module::{Module, n_compiled};
 pub use read::{MAX_MODULE_LEN, Unfit, is_module, read};
 pub use stop::Stop;

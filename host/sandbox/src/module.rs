@@ -1,6 +1,7 @@
 //! Modules as they are compiled.
 
 use crate::stop::one_line;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use wasmi::{Config, EnforcedLimits, Engine};
 use wasmparser::{Parser, Payload};
 
@@ -8,6 +9,15 @@ use wasmparser::{Parser, Payload};
 const MAX_RECURSION: usize = 10_000;
 /// Most bytes of values on the stack of a call.
 const MAX_STACK_BYTES: usize = 4 << 20;
+
+/// Modules that were compiled in this process.
+static COMPILED: AtomicUsize = AtomicUsize::new(0);
+
+/// How many modules this process has compiled, or tried to: as long as it is 0, no engine was made.
+#[must_use]
+pub fn n_compiled() -> usize {
+    COMPILED.load(Ordering::Relaxed)
+}
 
 /// A module in memory, from which instances are made.
 #[derive(Debug)]
@@ -26,6 +36,7 @@ impl Module {
                 "its code cannot be run here: bytes of functions, and no function".to_owned()
             );
         }
+        COMPILED.fetch_add(1, Ordering::Relaxed);
         let mut config = Config::default();
         config
             .consume_fuel(true)

@@ -24,6 +24,9 @@ pub fn api_range(manifest: &Manifest) -> String {
     format!("{of}for hosts of ABI {major}.{minor} and later, before {next}.0")
 }
 
+/// How a library runs that is isolated.
+pub const ISOLATED: &str = "in a process of its own";
+
 /// Whether a file may run, and why.
 pub fn trusted(standing: TrustState) -> &'static str {
     match standing {

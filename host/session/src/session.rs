@@ -1,6 +1,7 @@
 //! A device, an engine and a renderer: what a picture is made with.
 
 use crate::input::environment_map;
+use crate::options::check_isolated;
 use crate::options::values::Setting;
 use crate::options::{BackendChoice, DeviceArguments, PluginFiles, SurfelChoice};
 use crate::output::{files, terminal};
@@ -26,6 +27,7 @@ const MAX_FRAMES: u32 = 1024;
 /// silently take its place. One that `SURFELSHOP_PLUGINS` names is reported and passed over.
 pub fn registry(plugins: &PluginFiles) -> anyhow::Result<Registry> {
     let registry = Registry::scan(&plugins.search()?);
+    check_isolated(&plugins.isolate, &registry)?;
     files::protect(registry.entries().iter().map(|entry| entry.file.as_path()));
     for entry in registry.entries() {
         let Some(refusal) = entry.refusal() else { continue };

@@ -10,6 +10,9 @@
 //!
 //! [[places]]
 //! file = "/home/me/rim/target/release/librim.so"
+//!
+//! [[isolated]]
+//! package = "org.example.rim"
 //! ```
 //!
 //! Of a build the digits count, `package` and `file` are for the reader. It is written whole or not at all,
@@ -39,6 +42,17 @@ pub struct TrustFile {
     /// Trusted places.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub places: Vec<TrustedPlace>,
+    /// Packages whose libraries run in processes of their own, trusted or not.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub isolated: Vec<IsolatedPackage>,
+}
+
+/// A package whose library runs in processes of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IsolatedPackage {
+    /// Its id.
+    pub package: String,
 }
 
 /// A file that is trusted by its contents.
@@ -163,7 +177,18 @@ impl TrustFile {
         self.builds.retain(|build| Contents::from_sha256(&build.sha256) != Some(contents));
     }
 
-    /// What it says may run.
+    /// Has a package run in processes of its own, or not any more; says whether that is new.
+    pub fn isolate(&mut self, package: &str, is_isolated: bool) -> bool {
+        let before = self.isolated.len();
+        self.isolated.retain(|known| known.package != package);
+        let was_isolated = self.isolated.len() < before;
+        if is_isolated {
+            self.isolated.push(IsolatedPackage { package: package.to_owned() });
+        }
+        was_isolated != is_isolated
+    }
+
+    /// What it says may run, and how.
     pub fn trust(&self) -> Trust {
         let mut trust = Trust::default();
         for contents in self.builds.iter().filter_map(|build| Contents::from_sha256(&build.sha256))
@@ -172,6 +197,9 @@ impl TrustFile {
         }
         for place in &self.places {
             trust.place(&place.file);
+        }
+        for isolated in &self.isolated {
+            trust.isolate(&isolated.package);
         }
         trust
     }

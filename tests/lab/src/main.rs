@@ -28,7 +28,7 @@ mod surface;
 
 type Run = fn() -> anyhow::Result<()>;
 
-const PROGRAMS: [(&str, Run); 20] = [
+const PROGRAMS: [(&str, Run); 21] = [
     ("agreement", agreement::run),
     ("ambient_occlusion", ambient_occlusion::run),
     ("boundary", boundary::run),
@@ -49,6 +49,7 @@ const PROGRAMS: [(&str, Run); 20] = [
     ("splat_pictures", splat_pictures::run),
     ("splats", splats::run),
     ("surface", surface::run),
+    ("ways", boundary::ways::run),
 ];
 
 fn main() -> anyhow::Result<()> {

@@ -15,6 +15,8 @@ mod hands;
 #[cfg(unix)]
 mod hostile;
 #[cfg(unix)]
+mod isolated;
+#[cfg(unix)]
 mod modules;
 #[cfg(unix)]
 mod packs;

@@ -3,7 +3,7 @@
 
 use crate::third_party::c::cc;
 use crate::third_party::project::{
-    build, cargo, folder, graph, project, renderer, root, surfelshop, unit,
+    build, cargo, command, folder, graph, project, renderer, root, surfelshop, unit,
 };
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -98,6 +98,45 @@ fn a_format_writes_and_reads_the_same_as_module_and_as_library() {
     assert!(native[1] == sandboxed[1], "what was read differs");
 }
 
+/// Costs some starts of the program, small pictures and conversions of the sample.
+///
+/// Invariant: a command that uses no module compiles none and starts no engine, whatever modules are at hand; one that
+/// uses one compiles that one
+#[test]
+fn only_modules_that_are_used_are_compiled() {
+    let (sample, out) = (root().join("assets/sample.ply"), folder("uses-modules"));
+    let [png, las, xyzb] = ["png", "las", "xyzb"].map(|ending| out.with_extension(ending));
+    let [rim, format] = ["rim.wasm", "xyzb.wasm"].map(stored);
+    let compiled = |words: &[&str]| {
+        let modules = ["--plugin", text(&rim), "--plugin", text(&format)];
+        let output = command(&[words, &modules].concat())
+            .env("SURFELSHOP_LOG", "off,surfelshop_runtime::modules=info")
+            .output()
+            .unwrap();
+        let told = done(&output);
+        let said = String::from_utf8_lossy(&output.stderr).matches("a module was compiled").count();
+        (said, told)
+    };
+    let picture =
+        |renderer| ["render", text(&sample), "-r", renderer, "--size", "16", "-o", text(&png)];
+    for (words, n) in [
+        (&["plugins"][..], 0),
+        (&picture("flat"), 0),
+        (&["convert", text(&sample), text(&las)], 0),
+        (&["bake", text(&sample), "-t", "thin", "-o", text(&out.with_extension("ply"))], 0),
+        (&picture("rim-c"), 1),
+        (&["convert", text(&sample), text(&xyzb)], 1),
+    ] {
+        assert_eq!(compiled(words).0, n, "{words:?}");
+    }
+    // And by the program's own count.
+    for (file, n) in [(&sample, 0), (&las, 0), (&xyzb, 1)] {
+        let (said, told) = compiled(&["info", text(file), "--json"]);
+        let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+        assert_eq!((said, told["modules_compiled"].as_u64()), (n, Some(n as u64)), "{file:?}");
+    }
+}
+
 /// The list names the sandbox, nothing asks for trust, and `add` and `remove` know modules. Costs some starts of the
 /// program.
 #[test]
@@ -180,16 +219,6 @@ fn boxed(kind: &str) -> PathBuf {
     project
 }
 
-/// What the template of tracers needs is not there in a sandbox. Costs a start of the program.
-#[test]
-fn a_tracer_that_needs_a_clock_is_no_module() {
-    let project = folder("boxed-tracer");
-    let refused = surfelshop(&["plugins", "new", text(&project), "--kind", "tracer", "--sandbox"]);
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert!(!refused.status.success() && said.contains("a sandbox has no clock"), "{said}");
-    assert!(!project.exists());
-}
-
 /// A project of a kind, built.
 fn module_of(kind: &str) -> PathBuf {
     let project = boxed(kind);
@@ -207,7 +236,7 @@ fn module_of(kind: &str) -> PathBuf {
 /// WebAssembly: some minutes where it is there, and a failure that says so where it is not.
 #[test]
 fn projects_pass_every_case_as_modules() {
-    for kind in ["shading", "graph", "splat", "tool", "format"] {
+    for kind in ["shading", "graph", "splat", "tool", "tracer", "format"] {
         let written = boxed(kind);
         assert!(
             written.join(".cargo/config.toml").is_file() && written.join("src/lib.rs").is_file()
@@ -234,6 +263,19 @@ fn projects_pass_every_case_as_modules() {
                 assert!(native.structure == sandboxed.structure, "the structures of {kind} differ");
                 assert_eq!(native.data, sandboxed.data, "{kind} {values:?}");
             }
+        }
+        if kind == "tracer" {
+            let library =
+                build(&project(&format!("boxed-{kind}"), kind), &["--release"], "release");
+            let [native, sandboxed] = [&library, &module].map(|file| {
+                let (sample, png) = (root().join("assets/sample.ply"), folder("traced.png"));
+                let line = ["render", text(&sample), "-r", "boxed-tracer", "--size", "48", "-o"];
+                done(&surfelshop(
+                    &[&line[..], &[text(&png), "--trust", "--plugin", text(file)]].concat(),
+                ));
+                std::fs::read(png).unwrap()
+            });
+            assert!(native == sandboxed, "the pictures of the tracer differ");
         }
     }
 }

@@ -26,13 +26,19 @@ pub(crate) fn folder(name: &str) -> PathBuf {
     folder.join(name)
 }
 
-/// The program, with nothing of this user's.
+/// What the program says, with nothing of this user's.
 pub(crate) fn surfelshop(arguments: &[&str]) -> Output {
+    command(arguments).output().unwrap()
+}
+
+/// The program, with nothing of this user's.
+pub(crate) fn command(arguments: &[&str]) -> Command {
     let program = build_folder().join(format!("surfelshop{}", std::env::consts::EXE_SUFFIX));
     assert!(program.is_file(), "{} is not built; `cargo verify` builds it", program.display());
     let mut command = Command::new(program);
     command.args(arguments).env_remove("SURFELSHOP_PLUGINS").env("NODEVICE_SELECT", "1");
-    command.env("XDG_DATA_HOME", folder("data")).output().unwrap()
+    command.env("XDG_DATA_HOME", folder("data"));
+    command
 }
 
 /// A project that the program starts.
@@ -99,15 +105,19 @@ pub(crate) fn renderer(library: &Path) -> LoadedUnit {
     unit(library, UnitKind::Renderer)
 }
 
-/// The graph that a renderer describes with these parameters.
-pub(crate) fn graph(unit: &LoadedUnit, values: &Values) -> Result<EncodedGraph, Fault> {
-    let request = FrameRequest {
+/// A request for a frame with these parameters.
+pub(crate) fn request(values: &Values) -> FrameRequest {
+    FrameRequest {
         view: view(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, 64),
         scene: Scene::default(),
         cloud: Default::default(),
         frame_index: 3,
         values: values.clone(),
         environment: None,
-    };
-    unit.start(&HostInfo::default(), &Timeouts::default())?.frame(request)
+    }
+}
+
+/// The graph that a renderer describes with these parameters.
+pub(crate) fn graph(unit: &LoadedUnit, values: &Values) -> Result<EncodedGraph, Fault> {
+    unit.start(&HostInfo::default(), &Timeouts::default())?.frame(request(values))
 }

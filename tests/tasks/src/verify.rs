@@ -22,6 +22,9 @@ pub(crate) fn run(long: bool) -> ExitCode {
     steps.run("clippy", || after(built, || component("clippy", "clippy", &mut clippy())));
     steps.run("doc", || after(built, || outcome(&mut doc())));
     steps.run("test", || after(built, || programs::run(long)));
+    if long {
+        steps.run("no sandbox", || after(built, || outcome(&mut without_sandbox())));
+    }
     steps.run("examples", || after(built, || outcome(cargo::step("test").arg("--doc"))));
     if steps.sum_up() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
@@ -41,6 +44,15 @@ fn clippy() -> Command {
 fn doc() -> Command {
     let mut command = cargo::step("doc");
     command.arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings");
+    command
+}
+
+/// What is built without the feature `sandbox` compiles, and refuses modules in a line. Another selection of features, so
+/// that its dependencies are compiled again.
+fn without_sandbox() -> Command {
+    let mut command = cargo::bare();
+    command.args(["test", "--release", "--locked", "--package", "surfelshop-runtime"]);
+    command.args(["--no-default-features", "--lib", "without_a_sandbox"]);
     command
 }
 

@@ -48,6 +48,15 @@ pub(crate) enum PluginsAction {
         #[arg(required = true, value_name = "FILE|SHA256")]
         what: Vec<String>,
     },
+    /// Run the libraries of packages in processes of their own from now on: if their code crashes, nothing else does.
+    Isolate {
+        /// Package ids, or plugin files.
+        #[arg(required = true, value_name = "PACKAGE|FILE")]
+        what: Vec<String>,
+        /// Run them in the program again.
+        #[arg(long)]
+        undo: bool,
+    },
     /// Pack a module into one file to hand on: with its README, its licence and a preview.
     Pack(PackArguments),
     /// Copy plugin files into your own folder, where every start finds them, and trust them.
@@ -150,6 +159,7 @@ mod tests {
             " new a --kind tracer --sandbox",
             " new a --api https://example.org/s.git --tag v1 --minor 7",
             " trust a.so --place",
+            " isolate org.example.rim --undo",
             " pack rim -o rim.surfelplug",
         ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");
@@ -158,6 +168,7 @@ mod tests {
             " eat",
             " new",
             " trust",
+            " isolate",
             " add",
             " new a --kind window",
             " new a --tag v1",

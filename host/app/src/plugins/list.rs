@@ -11,7 +11,7 @@ use surfelshop_api::format::Recognition;
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, Origin, Place, Registry, SearchPath, State};
 use surfelshop_session::output::terminal;
-use surfelshop_session::plugin_facts::{api_range, author, licence, trusted};
+use surfelshop_session::plugin_facts::{ISOLATED, api_range, author, licence, trusted};
 use surfelshop_session::trust_file::TrustFile;
 
 /// Runs the command.
@@ -79,6 +79,7 @@ fn object(entry: &Entry) -> Value {
         "reason": reason,
         "sha256": entry.contents().to_string(),
         "trust": entry.trust,
+        "isolated": entry.is_isolated(),
         "preview": preview(entry).map(|preview| preview.display().to_string()),
         "manifest": manifest,
     })
@@ -115,6 +116,9 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
     row("sha256", &entry.contents().to_string());
     row("found", origin(entry.origin));
     row("trusted", trusted(entry.trust));
+    if entry.is_isolated() {
+        row("runs", ISOLATED);
+    }
     row("api", &api_range(manifest));
     if let Some(preview) = preview(entry) {
         row("preview", &preview.display().to_string());

@@ -3,6 +3,7 @@
 
 pub(crate) mod arguments;
 mod installed;
+mod isolated;
 mod list;
 mod names;
 mod new;
@@ -24,6 +25,7 @@ pub(crate) fn run(arguments: &PluginsArguments) -> anyhow::Result<()> {
         Some(PluginsAction::Pack(pack)) => pack::run(arguments, pack),
         Some(PluginsAction::Trust { files, place }) => trusted::trust(arguments, files, *place),
         Some(PluginsAction::Distrust { what }) => trusted::distrust(arguments, what),
+        Some(PluginsAction::Isolate { what, undo }) => isolated::run(arguments, what, *undo),
         Some(PluginsAction::Add { files }) => installed::add(arguments, files),
         Some(PluginsAction::Remove { what }) => installed::remove(arguments, what),
     }

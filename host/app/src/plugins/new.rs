@@ -170,12 +170,6 @@ impl Project {
             "--id {package}: expected letters, digits, '.', '-' and '_', as in org.example.{name}"
         );
         check_minor(arguments.kind, arguments.minor)?;
-        let is_sandboxed_tracer = arguments.sandbox && arguments.kind == NewKind::Tracer;
-        ensure!(
-            !is_sandboxed_tracer,
-            "--sandbox: the tracer of the template searches with surfelshop-geometry, which asks for the time, and \
-             a sandbox has no clock; leave out --sandbox"
-        );
         let dependencies = dependencies(arguments)?;
         let (kind, minor, sandbox) = (arguments.kind, arguments.minor, arguments.sandbox);
         Ok(Self { kind, name, package, dependencies, minor, sandbox })

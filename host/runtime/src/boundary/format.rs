@@ -1,9 +1,11 @@
 //! The C form of files and clouds that the host lends to formats, and the calls on formats.
 
+use super::calls::NamedFile;
 use super::fault::Fault;
 use super::instance::Instance;
 use super::job::raw_job;
 use super::lent_sink::{LentSink, MAX_COLUMNS};
+use super::native::Native;
 use super::outputs::Outputs;
 use super::request::encode;
 use crate::boundary::clouds::{raw_cloud, raw_columns};
@@ -188,24 +190,16 @@ unsafe extern "C" fn next_batch(context: *mut c_void, out: *mut RawCloud, sink: 
     }
 }
 
-impl Instance {
-    /// Has a format read a file: its clouds go into a sink. ABI 3.8.
-    ///
-    /// # Errors
-    /// Where the plugin fails, or has no formats.
-    pub fn read(
+impl Native {
+    /// Has a format read a file: its clouds go into a sink.
+    pub(super) fn read_file(
         &mut self,
-        call: &ReadCall,
-        (name, file): (&str, &dyn FileHost),
+        request: &[u8],
+        (name, file): NamedFile<'_>,
         clouds: &mut dyn CloudSinkHost,
         job: &dyn JobHost,
     ) -> Result<(), Fault> {
-        let request = encode(call)?;
-        let native = match self.held() {
-            Ok(native) => native,
-            Err(sandboxed) => return sandboxed.read(&request, (name, file), clouds, job),
-        };
-        let table = native.formats()?;
+        let table = self.formats()?;
         let lent = LentFile { host: file };
         let file = lent.raw(name);
         let cell: SinkCell<'_> = RefCell::new(LentSink::new(clouds));
@@ -216,8 +210,8 @@ impl Instance {
         // SAFETY: the instance is alive and used by this call alone; everything lent lives for it.
         let status = unsafe {
             (table.read)(
-                native.pointer(),
-                Bytes::of(&request),
+                self.pointer(),
+                Bytes::of(request),
                 &raw const file,
                 &raw const sink,
                 &raw const job,
@@ -225,6 +219,52 @@ impl Instance {
             )
         };
         outputs.check(status)
+    }
+
+    /// Has a format write clouds to a file.
+    pub(super) fn write_file(
+        &mut self,
+        request: &[u8],
+        clouds: &mut dyn CloudSourceHost,
+        (name, file): NamedFile<'_>,
+        job: &dyn JobHost,
+        outputs: &mut Outputs,
+    ) -> Result<(), Fault> {
+        let table = self.formats()?;
+        let lent = LentFile { host: file };
+        let file = lent.raw(name);
+        let mut source = LentSource { host: clouds, columns: Vec::new() };
+        let context = std::ptr::from_mut(&mut source).cast();
+        let clouds = RawCloudSource { context, next_cloud, next_batch };
+        let job = raw_job(&job);
+        // SAFETY: the instance is alive and used by this call alone; everything lent lives for it.
+        let status = unsafe {
+            (table.write)(
+                self.pointer(),
+                Bytes::of(request),
+                &raw const clouds,
+                &raw const file,
+                &raw const job,
+                outputs.sink(),
+            )
+        };
+        outputs.check(status)
+    }
+}
+
+impl Instance {
+    /// Has a format read a file: its clouds go into a sink. ABI 3.8.
+    ///
+    /// # Errors
+    /// Where the plugin fails, or has no formats.
+    pub fn read(
+        &mut self,
+        call: &ReadCall,
+        file: (&str, &dyn FileHost),
+        clouds: &mut dyn CloudSinkHost,
+        job: &dyn JobHost,
+    ) -> Result<(), Fault> {
+        self.calls().read(&encode(call)?, file, clouds, job)
     }
 
     /// Has a format write clouds to a file; what it cannot hold comes back in lines. ABI 3.8.
@@ -235,37 +275,11 @@ impl Instance {
         &mut self,
         values: &Values,
         clouds: &mut dyn CloudSourceHost,
-        (name, file): (&str, &dyn FileHost),
+        file: (&str, &dyn FileHost),
         job: &dyn JobHost,
     ) -> Result<Vec<String>, Fault> {
-        let values = encode(values)?;
         let mut outputs = Outputs::default();
-        let native = match self.held() {
-            Ok(native) => native,
-            Err(sandboxed) => {
-                sandboxed.write(&values, clouds, (name, file), job, &mut outputs)?;
-                return lines(&mut outputs);
-            }
-        };
-        let table = native.formats()?;
-        let lent = LentFile { host: file };
-        let file = lent.raw(name);
-        let mut source = LentSource { host: clouds, columns: Vec::new() };
-        let context = std::ptr::from_mut(&mut source).cast();
-        let clouds = RawCloudSource { context, next_cloud, next_batch };
-        let job = raw_job(&job);
-        // SAFETY: the instance is alive and used by this call alone; everything lent lives for it.
-        let status = unsafe {
-            (table.write)(
-                native.pointer(),
-                Bytes::of(&values),
-                &raw const clouds,
-                &raw const file,
-                &raw const job,
-                outputs.sink(),
-            )
-        };
-        outputs.check(status)?;
+        self.calls().write(&encode(values)?, clouds, file, job, &mut outputs)?;
         lines(&mut outputs)
     }
 }

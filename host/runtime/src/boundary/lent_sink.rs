@@ -12,7 +12,7 @@ const MAX_HEADER_BYTES: usize = 16 << 20;
 pub(super) const MAX_COLUMNS: usize = 4096;
 
 /// A sink of clouds as it is lent to a format.
-pub(super) struct LentSink<'a> {
+pub(crate) struct LentSink<'a> {
     host: &'a mut dyn CloudSinkHost,
     header: Option<CloudHeader>,
     /// Columns whose bytes a plugin passed at an address that is none of their type.
@@ -20,7 +20,7 @@ pub(super) struct LentSink<'a> {
 }
 
 impl<'a> LentSink<'a> {
-    pub(super) fn new(host: &'a mut dyn CloudSinkHost) -> Self {
+    pub(crate) fn new(host: &'a mut dyn CloudSinkHost) -> Self {
         Self { host, header: None, aligned: Vec::new() }
     }
 
@@ -89,6 +89,11 @@ fn typed<'a>(element: Element, bytes: &'a [u8], aligned: &'a mut Vec<u64>) -> Co
         copy.copy_from_slice(bytes);
         &*copy
     };
+    of_aligned(element, bytes)
+}
+
+/// Bytes at an address that is a multiple of 8, as values of a type.
+pub(crate) fn of_aligned(element: Element, bytes: &[u8]) -> ColumnValues<'_> {
     match element {
         Element::I8 => ColumnValues::I8(bytemuck::cast_slice(bytes)),
         Element::U8 => ColumnValues::U8(bytes),

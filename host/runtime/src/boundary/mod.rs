@@ -9,21 +9,33 @@
     reason = "the C boundary itself: functions of a plugin's table are called, and what it lends is read"
 )]
 
+mod calls;
 mod clouds;
 mod decode;
 mod fault;
 mod format;
 mod instance;
 mod job;
+mod lent;
 mod lent_sink;
+mod native;
 mod outputs;
 mod plugin;
 mod request;
+#[cfg(feature = "sandbox")]
 mod sandboxed;
 
+#[cfg(unix)]
+pub(crate) use calls::{Apart, Calls, NamedFile, TileCall};
 pub use decode::decode;
 pub use fault::Fault;
 pub use instance::Instance;
+#[cfg(unix)]
+pub(crate) use lent::Lent;
+#[cfg(unix)]
+pub(crate) use lent_sink::{LentSink, of_aligned};
+#[cfg(unix)]
+pub(crate) use outputs::Outputs;
 pub use plugin::Plugin;
 
 /// Most bytes a plugin may write in one call, and of a graph's data or a computation's buffers.

@@ -16,7 +16,7 @@ fn most(of: u32) -> usize {
 
 /// What a plugin wrote during one call.
 #[derive(Default)]
-pub(super) struct Outputs {
+pub(crate) struct Outputs {
     channels: Vec<(u32, Vec<u8>)>,
     total: usize,
     /// What was too much: so many bytes, where so many are taken.
@@ -35,7 +35,7 @@ impl Outputs {
     }
 
     /// Takes a copy of what goes through a channel, within the limits.
-    pub(super) fn write(&mut self, channel: u32, bytes: &[u8]) {
+    pub(crate) fn write(&mut self, channel: u32, bytes: &[u8]) {
         let bytes = match channel {
             channel::ERROR => &bytes[..bytes.len().min(MAX_ERROR_BYTES)],
             _ => bytes,
@@ -60,12 +60,18 @@ impl Outputs {
         found.map(|(_, bytes)| std::mem::take(bytes)).unwrap_or_default()
     }
 
+    /// What was written, channel by channel.
+    #[cfg(unix)]
+    pub(crate) fn channels(&self) -> impl Iterator<Item = (u32, &[u8])> {
+        self.channels.iter().map(|(channel, bytes)| (*channel, &bytes[..]))
+    }
+
     /// The line on the error channel; empty where there is none.
     pub(super) fn line(&self) -> String {
         one_line(&String::from_utf8_lossy(self.channel(channel::ERROR)))
     }
 
-    pub(super) fn check(&self, status: i32) -> Result<(), Fault> {
+    pub(crate) fn check(&self, status: i32) -> Result<(), Fault> {
         let line = || {
             let line = self.line();
             if line.is_empty() { "it gave no reason".to_owned() } else { line }

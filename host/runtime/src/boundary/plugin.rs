@@ -1,10 +1,11 @@
 //! A plugin whose code is in memory: its table, checked, and the calls that make instances.
 
+use super::calls::Apart;
 use super::fault::Fault;
 use super::instance::Instance;
+use super::native::Native;
 use super::outputs::Outputs;
 use super::request::encode;
-use super::sandboxed::{self, Sandboxed};
 use core::ffi::c_void;
 use core::mem::offset_of;
 use std::fmt;
@@ -14,7 +15,6 @@ use surfelshop_api::abi::plugin_format;
 use surfelshop_api::abi::plugin_side::{self, Description, Package};
 use surfelshop_api::abi::table::{Bytes, MAGIC, PluginTable, channel};
 use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
-use surfelshop_sandbox::Module;
 
 /// A plugin whose code is in memory.
 #[derive(Clone, Copy)]
@@ -24,8 +24,8 @@ pub struct Plugin(Code);
 enum Code {
     /// Functions of a library, or of this program.
     Native(Tables),
-    /// A WebAssembly module, which stays in memory as libraries do.
-    Sandboxed(&'static Module),
+    /// A WebAssembly module, or a library in a process of its own; it stays as libraries do.
+    Apart(&'static dyn Apart),
 }
 
 /// The tables of functions of a library.
@@ -43,18 +43,15 @@ impl Plugin {
         Self(Code::Native(Tables { plugin: const { &plugin_side::table::<P>() }, formats }))
     }
 
-    /// A plugin that is a WebAssembly module: it runs in a sandbox.
-    ///
-    /// # Errors
-    /// Where it is no module that can be run; says why.
-    pub(crate) fn sandboxed(module: &[u8]) -> Result<Self, String> {
-        Ok(Self(Code::Sandboxed(Box::leak(Box::new(Module::new(module)?)))))
+    /// A plugin whose code does not run in the memory of this program.
+    pub(crate) fn apart(code: impl Apart + 'static) -> Self {
+        Self(Code::Apart(Box::leak(Box::new(code))))
     }
 
     /// Whether it runs in a sandbox, so that nobody needs to trust it.
     #[must_use]
     pub fn is_sandboxed(&self) -> bool {
-        matches!(self.0, Code::Sandboxed(_))
+        matches!(self.0, Code::Apart(code) if code.is_sandboxed())
     }
 
     /// The plugin with the functions of its formats, from the address of their table.
@@ -153,20 +150,25 @@ impl Plugin {
         Ok(Self(Code::Native(Tables { plugin: unsafe { &*table }, formats: None })))
     }
 
+    /// Has a unit describe itself, by its position in the manifest.
+    pub(crate) fn description(&self, unit: u32, outputs: &mut Outputs) -> Result<(), Fault> {
+        match self.0 {
+            Code::Native(tables) => {
+                // SAFETY: the table's functions may be called with a sink that lives for the call.
+                let status = unsafe { (tables.plugin.describe)(unit, outputs.sink()) };
+                outputs.check(status)
+            }
+            Code::Apart(code) => code.describe(unit, outputs),
+        }
+    }
+
     /// What a unit says of itself, by its position in the manifest.
     ///
     /// # Errors
     /// Where the plugin fails or writes something that is no description.
     pub fn describe(&self, unit: u32) -> Result<Description, Fault> {
         let mut outputs = Outputs::default();
-        match self.0 {
-            Code::Native(tables) => {
-                // SAFETY: the table's functions may be called with a sink that lives for the call.
-                let status = unsafe { (tables.plugin.describe)(unit, outputs.sink()) };
-                outputs.check(status)?;
-            }
-            Code::Sandboxed(module) => sandboxed::describe(module, unit, &mut outputs)?,
-        }
+        self.description(unit, &mut outputs)?;
         let misbehaved = |what: &dyn fmt::Display| {
             Fault::Misbehaved(format!("its description is no good: {what}"))
         };
@@ -185,23 +187,25 @@ impl Plugin {
     /// # Errors
     /// Where the plugin fails.
     pub fn create(&self, unit: u32, host: &HostInfo) -> Result<Instance, Fault> {
-        let host = encode(host)?;
+        self.create_from(unit, encode(host)?)
+    }
+
+    /// The same from what it is made from, msgpack.
+    pub(crate) fn create_from(&self, unit: u32, info: Vec<u8>) -> Result<Instance, Fault> {
         let tables = match self.0 {
             Code::Native(tables) => tables,
-            Code::Sandboxed(module) => {
-                return Sandboxed::create(module, unit, host).map(Instance::sandboxed);
-            }
+            Code::Apart(code) => return code.create(unit, info),
         };
         let mut outputs = Outputs::default();
         let mut instance = std::ptr::null_mut();
         // SAFETY: bytes, place and sink live for the call.
         let status = unsafe {
-            (tables.plugin.create)(unit, Bytes::of(&host), &raw mut instance, outputs.sink())
+            (tables.plugin.create)(unit, Bytes::of(&info), &raw mut instance, outputs.sink())
         };
         outputs.check(status)?;
         if instance.is_null() {
             return Err(Fault::Misbehaved("it made no instance and gave no reason".to_owned()));
         }
-        Ok(Instance::native(tables, instance))
+        Ok(Instance::new(Native::new(tables, instance)))
     }
 }

@@ -12,14 +12,14 @@ use tempfile::TempDir;
 const PREFIX: &str = "surfelshop-plugin-";
 
 /// A copy on disk, in a folder that only this user may enter.
-pub(super) struct PrivateCopy {
+pub(crate) struct PrivateCopy {
     folder: TempDir,
     path: PathBuf,
 }
 
 impl PrivateCopy {
     /// Writes `bytes` under the file name of `original` in a new folder.
-    pub(super) fn write(original: &Path, bytes: &[u8]) -> io::Result<Self> {
+    pub(crate) fn write(original: &Path, bytes: &[u8]) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(PREFIX);
         #[cfg(unix)]
@@ -34,12 +34,12 @@ impl PrivateCopy {
     }
 
     /// Where the copy lies.
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Ends the copy's life on disk as soon as the system allows, once it is loaded.
-    pub(super) fn loaded(self) {
+    pub(crate) fn loaded(self) {
         // Unix keeps a mapped file's contents after its name is gone, so nothing is left behind
         // however the program ends. Elsewhere a mapped file cannot be removed; a later start
         // does it.

@@ -51,6 +51,12 @@ impl UnitRef {
         self.trust.standing(&Place::new(&self.path, self.origin), file, || contents)
     }
 
+    /// Whether it runs in processes of its own, where it is no WebAssembly module.
+    #[must_use]
+    pub fn is_isolated(&self) -> bool {
+        self.trust.is_isolated(&self.package, &self.file)
+    }
+
     fn names(&self) -> (UnitKind, &str, &str, &Path) {
         (self.kind, &self.package, &self.id, &self.path)
     }

@@ -1,6 +1,7 @@
 //! Judges a plugin file by its bytes, before any of its code runs.
 
 use super::binary::{self, ELF_MAGIC, Library};
+use super::modules::{self, MAX_MODULE_LEN, Unfit, is_module};
 use object::{ReadCache, ReadRef};
 use sha2::{Digest as _, Sha256};
 use std::fs::File;
@@ -12,7 +13,6 @@ use surfelshop_api::abi::format_table::{self, FormatTable};
 use surfelshop_api::abi::table::{self, PluginTable};
 use surfelshop_api::manifest::{self, HEADER_LEN, MAX_TEXT_LEN, Manifest, Refusal};
 use surfelshop_cloud::files::{self, OpenFault};
-use surfelshop_sandbox::{MAX_MODULE_LEN, Unfit, is_module};
 
 /// Files longer than this are refused unread; plugins have a few megabytes.
 pub const MAX_FILE_LEN: u64 = 1 << 30;
@@ -190,9 +190,7 @@ fn refused(fault: OpenFault, is_named_module: bool) -> Refused {
         OpenFault::Io(error) => Refused::Unreadable(error),
         OpenFault::NotAFile { found: found @ "a folder" } => Refused::NotAFile { found },
         OpenFault::NotAFile { .. } => Refused::NotAFile { found: "no regular file" },
-        OpenFault::TooLong { found, .. } if is_named_module => {
-            Refused::Module(Unfit::TooLong(found))
-        }
+        OpenFault::TooLong { found, .. } if is_named_module => Refused::too_long(found),
         OpenFault::TooLong { found, .. } => Refused::TooLarge { found },
         OpenFault::Memory(out) => Refused::Unreadable(io::Error::other(out.to_string())),
     }
@@ -244,7 +242,7 @@ fn inspect_library<'a, R: ReadRef<'a>>(library: &Library<'a, R>) -> Result<Manif
 fn inspect_module(bytes: &[u8]) -> Result<Manifest, Refused> {
     let has_formats =
         |manifest: &Manifest| manifest.units.iter().any(|unit| unit.kind == UnitKind::Format);
-    let contents = surfelshop_sandbox::read(bytes, |contents| {
+    let contents = modules::read(bytes, |contents| {
         manifest::decode(contents).is_ok_and(|manifest| has_formats(&manifest))
     })?;
     let contents = &contents[..contents.len().min(HEADER_LEN + MAX_TEXT_LEN)];

@@ -4,18 +4,20 @@
 //! elsewhere by now); ask whether these bytes are trusted; inspect them; write them to a private copy; load that; check the function table; ask the unit to describe
 //! itself. All of it happens on a thread of its own, which is abandoned where initialisers or the
 //! description take too long. Libraries stay loaded until the process ends, and units of one
-//! package share one. A WebAssembly module is not asked about, and runs from the bytes that were inspected.
+//! package share one. A WebAssembly module is not asked about, and runs from the bytes that were inspected. A library that is
+//! to be isolated is loaded by processes of its own, each from a private copy of these bytes.
 
 use super::copy::{self, PrivateCopy};
 use super::find::UnitRef;
 use super::inspect::{Contents, Refused, inspect_bytes, read};
+use super::modules::{self, is_module};
 use super::open::{OpenError, open};
 use super::registry::Registry;
 use super::trust::{TrustState, resolved};
 use super::watchdog::{Timeouts, within};
 use crate::boundary::{Fault, Instance, Plugin};
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, Once, PoisonError};
 use std::time::{Duration, Instant};
 use std::{fmt, io};
@@ -230,14 +232,15 @@ impl UnitRef {
     /// or does not answer in time; names the plugin, its file and the reason.
     pub fn load(&self, patience: &Timeouts) -> Result<LoadedUnit, LoadError> {
         let unit = self.clone();
-        within(patience.load, move || load(&unit))
+        let timeouts = *patience;
+        within(patience.load, move || load(&unit, timeouts))
             .unwrap_or_else(|fault| Err(LoadError::Fault { unit: Box::new(self.clone()), fault }))
     }
 }
 
-fn load(unit: &UnitRef) -> Result<LoadedUnit, LoadError> {
+fn load(unit: &UnitRef, timeouts: Timeouts) -> Result<LoadedUnit, LoadError> {
     let started = Instant::now();
-    let (Loaded { plugin, manifest }, contents) = load_package(unit)?;
+    let (Loaded { plugin, manifest }, contents) = load_package(unit, timeouts)?;
     let is_unit = |entry: &UnitEntry| entry.kind == unit.kind && entry.id == unit.id;
     let position = manifest.units.iter().position(is_unit);
     let index = position.and_then(|i| u32::try_from(i).ok());
@@ -267,10 +270,12 @@ struct Loaded {
 /// do not load the same file twice and one that hangs does not keep others from loading.
 type Slot = Arc<Mutex<Option<Loaded>>>;
 
+/// What tells one library in memory from another: its file, what that holds, and whether it is isolated.
+type Key = (PathBuf, Contents, bool);
+
 /// Loads the file of a unit, or takes it from those loaded before.
-fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
-    static SLOTS: LazyLock<Mutex<HashMap<(PathBuf, Contents), Slot>>> =
-        LazyLock::new(Mutex::default);
+fn load_package(unit: &UnitRef, timeouts: Timeouts) -> Result<(Loaded, Contents), LoadError> {
+    static SLOTS: LazyLock<Mutex<HashMap<Key, Slot>>> = LazyLock::new(Mutex::default);
     static REMOVE_STALE: Once = Once::new();
     REMOVE_STALE.call_once(copy::remove_stale);
 
@@ -279,7 +284,8 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     let path = resolved(&unit.file);
     let bytes = read(&path).map_err(refused)?;
     let contents = Contents::of(&bytes);
-    let is_module = surfelshop_sandbox::is_module(&bytes);
+    let is_module = is_module(&bytes);
+    let is_isolated = !is_module && unit.is_isolated();
     if !is_module && unit.standing(&path, contents) == TrustState::New {
         let what = match unit.found {
             TrustState::Build => "another build than the one that you trust",
@@ -289,8 +295,8 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     }
     // Values are only ever added whole, so both are sound even if a thread died holding the lock.
     let slots = SLOTS.lock();
-    let slot =
-        slots.unwrap_or_else(PoisonError::into_inner).entry((path, contents)).or_default().clone();
+    let key = (path, contents, is_isolated);
+    let slot = slots.unwrap_or_else(PoisonError::into_inner).entry(key).or_default().clone();
     let mut loaded = slot.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = &*loaded {
         return Ok((known.clone(), contents));
@@ -298,8 +304,14 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     let manifest = inspect_bytes(&bytes).map_err(refused)?;
     if is_module {
         // It runs from memory, so there is no file that somebody else could write to.
-        let plugin = Plugin::sandboxed(&bytes)
+        let plugin = modules::sandboxed(&bytes)
             .map_err(|reason| LoadError::Open { unit: Box::new(unit.clone()), reason })?;
+        let package = loaded.insert(Loaded { plugin, manifest });
+        return Ok((package.clone(), contents));
+    }
+    if is_isolated {
+        let plugin = isolated(bytes, &unit.path, timeouts)
+            .map_err(|fault| LoadError::Fault { unit: Box::new(unit.clone()), fault })?;
         let package = loaded.insert(Loaded { plugin, manifest });
         return Ok((package.clone(), contents));
     }
@@ -318,6 +330,19 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     })?;
     let package = loaded.insert(Loaded { plugin, manifest });
     Ok((package.clone(), contents))
+}
+
+/// A library in processes of its own.
+#[cfg(unix)]
+fn isolated(bytes: Vec<u8>, path: &Path, timeouts: Timeouts) -> Result<Plugin, Fault> {
+    let package = crate::isolate::Package::open(bytes, path.to_owned(), timeouts)?;
+    Ok(Plugin::apart(package))
+}
+
+#[cfg(not(unix))]
+fn isolated(_bytes: Vec<u8>, _path: &Path, _timeouts: Timeouts) -> Result<Plugin, Fault> {
+    let line = "processes of their own for plugins need a Unix system; leave out --isolate";
+    Err(Fault::Error(line.to_owned()))
 }
 
 fn with_advice(reason: String) -> String {

@@ -22,6 +22,7 @@ mod discover;
 mod find;
 mod inspect;
 mod load;
+mod modules;
 mod open;
 mod registry;
 mod reload;
@@ -30,6 +31,8 @@ mod trust;
 mod watch;
 mod watchdog;
 
+#[cfg(unix)]
+pub(crate) use copy::PrivateCopy;
 pub use discover::{
     Origin, Place, SearchPath, cache_folder, has_library_extension, state_folder,
     user_plugins_folder,
@@ -39,10 +42,12 @@ pub use inspect::{
     Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes, is_deceptive, is_package_id,
 };
 pub use load::{LoadError, LoadTimes, LoadedUnit};
+pub use modules::{is_module, n_compiled};
 pub use open::{ExitGuard, guard_exit, leave, loader_is_busy};
+#[cfg(unix)]
+pub(crate) use open::{OpenError, open};
 pub use registry::{Entry, Registry, State};
 pub use reload::{CarriedValues, ReloadTimes, Reloaded, keep_values};
-pub use surfelshop_sandbox::is_module;
 pub use trust::{Trust, TrustState};
 pub use watch::{Changed, QUIET, Watcher};
 pub(crate) use watchdog::on_own_thread;

@@ -86,7 +86,7 @@ pub fn guard_exit() -> ExitGuard {
 }
 
 /// Why a library could not be opened.
-pub(super) enum OpenError {
+pub(crate) enum OpenError {
     /// The system refused; says why.
     System(String),
     /// Its function table is wrong.
@@ -95,7 +95,7 @@ pub(super) enum OpenError {
 
 /// Loads a library for the rest of the process's life and checks its function table; `name` is what a person
 /// knows its file by.
-pub(super) fn open(path: &Path, name: &Path) -> Result<Plugin, OpenError> {
+pub(crate) fn open(path: &Path, name: &Path) -> Result<Plugin, OpenError> {
     let name = name.display().to_string();
     let mut ran = RAN.lock().unwrap_or_else(PoisonError::into_inner);
     ran.retain(|other| *other != name);

@@ -3,6 +3,7 @@
 use super::discover::{Origin, Place, SearchPath};
 use super::find::UnitRef;
 use super::inspect::{Contents, Refused, inspect_bytes, inspect_in_place, read};
+use super::modules::is_module;
 use super::trust::{Trust, TrustState, resolved};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
@@ -10,7 +11,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::UnitKind;
 use surfelshop_api::manifest::{Manifest, UnitEntry};
-use surfelshop_sandbox::{Unfit, is_module};
 
 /// What became of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -83,6 +83,13 @@ impl Entry {
         self.contents.get()
     }
 
+    /// Whether its library runs in processes of its own; a WebAssembly module, which runs in a sandbox, never does.
+    #[must_use]
+    pub fn is_isolated(&self) -> bool {
+        let is_isolated = |manifest: &Manifest| self.asked.is_isolated(&manifest.id, &self.file);
+        self.trust != TrustState::Sandboxed && self.manifest().is_some_and(is_isolated)
+    }
+
     /// The manifest of a plugin whose units can be loaded.
     #[must_use]
     pub fn available(&self) -> Option<&Manifest> {
@@ -152,11 +159,8 @@ impl Registry {
             let (trust, found) = judged(&asked, &place, &contents);
             let state = match found {
                 Ok(manifest) => State::Available(manifest),
-                Err(
-                    Refused::NoManifest
-                    | Refused::OtherMachine { .. }
-                    | Refused::Module(Unfit::NoManifest),
-                ) if place.shared => continue,
+                Err(Refused::NoManifest | Refused::OtherMachine { .. }) if place.shared => continue,
+                Err(refused) if place.shared && refused.is_foreign_module() => continue,
                 Err(refused) => {
                     tracing::debug!(path = %place.path.display(), %refused, "plugin refused");
                     State::Refused(refused.to_string())

@@ -5,6 +5,8 @@
 //! trusted by its contents, as they were when the yes was given, or by its place, whatever is built there. A
 //! WebAssembly module needs no yes: it runs in a sandbox, wherever it comes from.
 //!
+//! Besides, the list says which packages run in processes of their own, however far they are trusted.
+//!
 //! Links are resolved once, when a file is listed; from then on the file that the link led to is read, judged
 //! and loaded, wherever the link leads later. Each load asks again.
 //!
@@ -26,6 +28,9 @@ pub struct Trust {
     places: BTreeSet<PathBuf>,
     /// Folders of the program itself.
     own: BTreeSet<PathBuf>,
+    /// Packages and files whose libraries run in processes of their own.
+    isolated: BTreeSet<String>,
+    isolated_files: BTreeSet<PathBuf>,
 }
 
 /// Whether a plugin's code may run.
@@ -64,6 +69,22 @@ impl Trust {
         self.places.insert(located(path));
     }
 
+    /// Has the libraries of a package run in processes of their own.
+    pub fn isolate(&mut self, package: impl Into<String>) {
+        self.isolated.insert(package.into());
+    }
+
+    /// Has the library at this path, or that a link there leads to, run in processes of its own.
+    pub fn isolate_file(&mut self, path: &Path) {
+        self.isolated_files.insert(resolved(path));
+    }
+
+    /// Whether a library runs in processes of its own: by its package, or by its file, links resolved.
+    #[must_use]
+    pub fn is_isolated(&self, package: &str, file: &Path) -> bool {
+        self.isolated.contains(package) || self.isolated_files.contains(file)
+    }
+
     /// Trusts what lies in a folder of the program itself, whoever names it.
     pub(super) fn own_folder(&mut self, folder: &Path) {
         self.own.insert(resolved(folder));
@@ -75,6 +96,8 @@ impl Trust {
         self.builds.extend(other.builds);
         self.places.extend(other.places);
         self.own.extend(other.own);
+        self.isolated.extend(other.isolated);
+        self.isolated_files.extend(other.isolated_files);
     }
 
     /// Whether a file may run that a place leads to: where it really lies, and what it holds. The contents of the

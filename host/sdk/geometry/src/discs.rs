@@ -3,8 +3,10 @@
 use crate::progress::{Cancelled, Progress, aside};
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::ploc::PlocBuilder;
 use obvhs::ray::{Ray, RayHit};
 use obvhs::{Boundable, BvhBuildParams};
 use std::ops::Range;
@@ -77,6 +79,22 @@ fn unit_of(discs: &[Disc]) -> f32 {
     if exponent.is_finite() { exponent.clamp(-126.0, 126.0).exp2() } else { 1.0 }
 }
 
+/// The hierarchy of discs, of which there is one at least. As `obvhs` builds one for primitives, without the time that
+/// it takes of it: a WebAssembly module has no clock to ask.
+fn build(discs: &[Disc]) -> CwBvh {
+    let how = BvhBuildParams::fast_build();
+    let indices = (0..discs.len() as u32).collect();
+    let mut bvh = PlocBuilder::with_capacity(discs.len()).build(
+        how.ploc_search_distance,
+        discs,
+        indices,
+        how.sort_precision,
+        how.search_depth_threshold,
+    );
+    ReinsertionOptimizer::default().run(&mut bvh, how.reinsertion_batch_ratio, None);
+    bvh2_to_cwbvh(&bvh, how.max_prims_per_leaf.clamp(1, 3), true, false)
+}
+
 impl Default for Discs {
     fn default() -> Self {
         Self { bvh: CwBvh::default(), discs: Vec::new(), source_index: Vec::new(), unit: 1.0 }
@@ -109,9 +127,7 @@ impl Discs {
         let bvh = aside(progress, usually, move || {
             // The builder wants something to build.
             let nothing = theirs.is_empty();
-            (!nothing).then(|| {
-                build_cwbvh(&theirs[..], BvhBuildParams::fast_build(), &mut Duration::default())
-            })
+            (!nothing).then(|| build(&theirs))
         })?;
         let bvh = bvh.unwrap_or_default();
         let discs = bvh.primitive_indices.iter().map(|&index| finite[index as usize]).collect();

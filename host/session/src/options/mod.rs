@@ -11,7 +11,8 @@ mod plugin_files;
 pub mod select;
 pub mod values;
 
-pub use plugin_files::{FormatArguments, PluginFiles};
+pub(crate) use plugin_files::check_isolated;
+pub use plugin_files::{FormatArguments, PluginFiles, is_plugin_file};
 
 use crate::options::camera::CameraSpec;
 use crate::options::colors::ColorArguments;

@@ -7,11 +7,11 @@ use crate::output::terminal;
 use crate::trust_file::TrustFile;
 use anyhow::{Context as _, ensure};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use surfelshop_api::params::Values;
 use surfelshop_runtime::plugins::{
-    Contents, Origin, Place, SearchPath, Timeouts, Trust, has_library_extension,
+    Contents, Entry, Origin, Place, Registry, SearchPath, Timeouts, Trust, has_library_extension,
 };
 
 /// Plugins beside the installed ones.
@@ -31,6 +31,11 @@ pub struct PluginFiles {
     /// `surfelshop plugins trust --trust-file FILE` writes one.
     #[arg(long, value_name = "FILE")]
     pub trust_file: Option<PathBuf>,
+    /// Run a plugin's library in a process of its own: a package, as in org.example.mine, or a file; may be repeated.
+    ///
+    /// If its code crashes, that process ends, and nothing else does. `surfelshop plugins isolate` remembers it.
+    #[arg(long, value_name = "PLUGIN")]
+    pub isolate: Vec<String>,
     /// How long the program waits for a plugin's own code before it gives it up [default: 10 to
     /// start, 5 for a frame, 3 for a tool to stop].
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
@@ -95,12 +100,40 @@ impl PluginFiles {
         for contents in &self.trusted_once {
             trust.build(*contents);
         }
+        for plugin in &self.isolate {
+            match is_plugin_file(plugin) {
+                true => trust.isolate_file(Path::new(plugin)),
+                false => trust.isolate(plugin),
+            }
+        }
         let mut search = SearchPath::standard(self.plugin.clone(), trust);
         if self.sandbox_formats {
             search.folders.push(Place::new(modules_of_formats()?, Origin::CommandLine));
         }
         Ok(search)
     }
+}
+
+/// Whether what was typed for a plugin is a file and no package.
+#[must_use]
+pub fn is_plugin_file(plugin: &str) -> bool {
+    plugin.contains(std::path::is_separator) || has_library_extension(Path::new(plugin))
+}
+
+/// Refuses what was to be isolated and is not there: it would run in the program unnoticed.
+pub(crate) fn check_isolated(plugins: &[String], registry: &Registry) -> anyhow::Result<()> {
+    for plugin in plugins {
+        let is_it = |entry: &Entry| match is_plugin_file(plugin) {
+            true => Path::new(plugin).canonicalize().is_ok_and(|file| file == entry.file),
+            false => entry.manifest().is_some_and(|manifest| manifest.id == *plugin),
+        };
+        ensure!(
+            registry.entries().iter().any(is_it),
+            "--isolate {plugin}: expected the package or the file of a plugin that is found, as \
+             `surfelshop plugins` lists them"
+        );
+    }
+    Ok(())
 }
 
 /// The folder of the modules of the program's own formats.

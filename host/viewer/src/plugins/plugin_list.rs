@@ -5,17 +5,19 @@ use crate::window::Window;
 use eframe::egui::{Grid, Label, ScrollArea, Ui};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, State, TrustState};
-use surfelshop_session::plugin_facts::{author, licence, trusted};
+use surfelshop_session::plugin_facts::{ISOLATED, author, licence, trusted};
+use surfelshop_session::trust_file::TrustFile;
 
 /// Digits of a SHA-256 that a row shows; the tooltip has all.
 const DIGITS: usize = 12;
 
-const TITLES: [&str; 9] = [
+const TITLES: [&str; 10] = [
     "package",
     "what it adds",
     "version",
     "state",
     "trusted",
+    "isolated",
     "ABI",
     "by",
     "licence",
@@ -24,6 +26,7 @@ const TITLES: [&str; 9] = [
 
 /// Every plugin, and the units that failed.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
+    let mut isolates = None;
     ScrollArea::both().max_height(420.0).show(ui, |ui| {
         Grid::new("plugins").num_columns(TITLES.len()).striped(true).show(ui, |ui| {
             for title in TITLES {
@@ -31,18 +34,51 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             }
             ui.end_row();
             for entry in window.plugins.registry.entries() {
-                if row(ui, entry) {
+                let wanted = row(ui, entry);
+                if wanted.decides {
                     window.plugins.undecided.remove(&entry.contents());
+                }
+                if let (Some(is_isolated), Some(manifest)) = (wanted.isolates, entry.manifest()) {
+                    isolates = Some((manifest.id.clone(), is_isolated));
                 }
                 ui.end_row();
             }
         });
     });
+    if let Some((package, is_isolated)) = isolates {
+        isolate(window, &package, is_isolated);
+    }
     failures(window, ui);
 }
 
-/// The row of a file; returns whether the user wants to decide about its trust.
-fn row(ui: &mut Ui, entry: &Entry) -> bool {
+/// What the user wants of a plugin.
+struct RowChoice {
+    /// To decide about its trust.
+    decides: bool,
+    /// That it runs in processes of its own, or does so no more.
+    isolates: Option<bool>,
+}
+
+/// Remembers whether a package runs in processes of its own.
+fn isolate(window: &mut Window, package: &str, is_isolated: bool) {
+    let changed = TrustFile::path(window.plugins.trust_file.as_deref()).and_then(|path| {
+        TrustFile::change(&path, |list| {
+            list.isolate(package, is_isolated);
+            Ok(())
+        })
+    });
+    match changed {
+        Ok(()) => {
+            let how = if is_isolated { ISOLATED } else { "in this program" };
+            window.messages.report(format!("{package} runs {how} from its next start on"));
+            window.render.thread.add(RenderCommand::Trust(None));
+        }
+        Err(error) => window.messages.warn(format!("{error:#}")),
+    }
+}
+
+/// The row of a file.
+fn row(ui: &mut Ui, entry: &Entry) -> RowChoice {
     let manifest = entry.manifest().cloned().unwrap_or_default();
     ui.label(&manifest.id);
     units(ui, &manifest);
@@ -60,6 +96,7 @@ fn row(ui: &mut Ui, entry: &Entry) -> bool {
     } else {
         ui.label(if known { trusted(entry.trust) } else { "" });
     }
+    let isolates = isolation(ui, entry);
     ui.label(if known {
         format!("{}.{}", manifest.abi_major, manifest.abi_minor)
     } else {
@@ -76,7 +113,20 @@ fn row(ui: &mut Ui, entry: &Entry) -> bool {
     let sha256 = entry.contents().to_string();
     let file = format!("{}…  {}", &sha256[..DIGITS], entry.path.display());
     ui.label(file).on_hover_text(sha256);
-    asks
+    RowChoice { decides: asks, isolates }
+}
+
+/// Whether it runs in processes of its own; returns what the user chose.
+fn isolation(ui: &mut Ui, entry: &Entry) -> Option<bool> {
+    if entry.manifest().is_none() || entry.trust == TrustState::Sandboxed || !cfg!(unix) {
+        ui.label("");
+        return None;
+    }
+    let mut is_isolated = entry.is_isolated();
+    let mark = ui.checkbox(&mut is_isolated, "own process").on_hover_text(
+        "run it in a process of its own from its next start on: if its code crashes, the program does not",
+    );
+    mark.changed().then_some(is_isolated)
 }
 
 /// What a package adds, a line for each unit; the pointer over a line tells what that does.

@@ -332,3 +332,42 @@ fn what_was_said_before_a_cloud_came_stays() {
     screen.settle();
     assert!(screen.window().messages.contains("something is missing"));
 }
+
+/// Invariant: in the window an isolated plugin that aborts is a message, the old picture stays, and other units of the same
+/// library draw
+#[cfg(unix)]
+#[test]
+fn an_isolated_plugin_that_aborts_is_a_message() {
+    // This test is not the program.
+    let program = faulty().with_file_name("..").join("surfelshop");
+    assert!(program.is_file(), "{} is missing: `cargo verify` builds it", program.display());
+    surfelshop_runtime::isolate::use_program(program);
+    let mut plugin = built_plugins().plugin;
+    plugin.push(faulty());
+    let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
+        in_place: false,
+        colors: Default::default(),
+        files: vec![SAMPLE.into()],
+        up: UpAxis::Y,
+        plugins: PluginFiles {
+            plugin,
+            trust: true,
+            isolate: vec!["org.surfelshop.test.faulty".to_owned()],
+            ..PluginFiles::default()
+        },
+        device: DeviceArguments::default(),
+    });
+    screen.settle();
+    let shown = |screen: &mut Screen| {
+        screen.window().views.panes[&0].sides[0].shown.as_ref().unwrap().renderer.clone()
+    };
+    assert_eq!(shown(&mut screen), "ewa-phong");
+    screen.window().settings.panes[0].renderers[0] = "aborts-in-frame".to_owned();
+    screen.until("the message", |window| window.messages.contains("its process ended: signal 6"));
+    screen.settle();
+    assert_eq!(shown(&mut screen), "ewa-phong");
+    screen.window().settings.panes[0].renderers[0] = "fine".to_owned();
+    screen.settle();
+    assert_eq!(shown(&mut screen), "fine");
+}

@@ -158,3 +158,25 @@ fn a_link_that_is_turned_under_the_window_runs_nothing_until_somebody_says_yes()
     });
     assert!(!screen.window().messages.contains("was rebuilt"));
 }
+
+/// The list of plugins has a check mark for a process of its own, which is written down, and taken back.
+#[cfg(unix)]
+#[test]
+fn a_check_mark_isolates_a_package_and_is_remembered() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = with_untrusted_plugin(folder.path());
+    screen.settle();
+    screen.harness.get_by_label("not now").click();
+    screen.until("the answer", |window| window.messages.contains("stays unused"));
+    screen.window().panels.plugin_list = true;
+    for is_isolated in [true, false] {
+        screen.harness.step();
+        screen.harness.get_all_by_label("own process").next().unwrap().click();
+        screen.until("the list", |window| {
+            let mut entries = window.plugins.registry.entries().iter();
+            entries.any(Entry::is_isolated) == is_isolated
+        });
+        let list = std::fs::read_to_string(folder.path().join("trust.toml")).unwrap();
+        assert_eq!(list.contains("[[isolated]]"), is_isolated, "{list}");
+    }
+}

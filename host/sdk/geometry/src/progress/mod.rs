@@ -199,13 +199,18 @@ const STACK: usize = 512 << 20;
 ///
 /// Where `progress` asks to stop, the work is left behind: it ends by itself and its result is
 /// dropped. It must not need this thread, as work for rayon does where this is the pool's only one.
-/// Without a thread it is done here.
+/// Without a thread it is done here, as it is in a WebAssembly module, which has neither threads nor a clock.
 pub(crate) fn aside<T: Send + 'static>(
     progress: Progress<'_>,
     usually: Duration,
     work: impl Fn() -> T + Send + Sync + 'static,
 ) -> Result<T, Cancelled> {
     report(progress, 0.0)?;
+    if cfg!(target_family = "wasm") {
+        let result = work();
+        report(progress, 1.0)?;
+        return Ok(result);
+    }
     let started = Instant::now();
     let work = Arc::new(work);
     let (sender, receiver) = sync_channel(1);

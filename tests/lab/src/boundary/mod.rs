@@ -6,6 +6,8 @@
 //!
 //! Libraries, or WebAssembly modules, have a renderer each; without one it is `flat`. Times are medians, with quartiles.
 
+pub(crate) mod ways;
+
 use anyhow::{Context as _, ensure};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -85,6 +87,12 @@ fn request() -> FrameRequest {
     }
 }
 
+/// Lower quartile, median and upper quartile.
+fn quartiles(all: &mut [f64]) -> [f64; 3] {
+    all.sort_by(f64::total_cmp);
+    [1, 2, 3].map(|share| all.get((all.len().max(1) - 1) * share / 4).copied().unwrap_or(f64::NAN))
+}
+
 /// Microseconds of each of so many calls, as median and quartiles.
 fn times(n: usize, mut work: impl FnMut() -> anyhow::Result<()>) -> anyhow::Result<String> {
     let mut all = Vec::with_capacity(n);
@@ -93,9 +101,8 @@ fn times(n: usize, mut work: impl FnMut() -> anyhow::Result<()>) -> anyhow::Resu
         work()?;
         all.push(started.elapsed().as_secs_f64() * 1e6);
     }
-    all.sort_by(f64::total_cmp);
-    let at = |share: usize| all[(n - 1) * share / 4];
-    Ok(format!("{:9.1} ({:.1} to {:.1})", at(2), at(1), at(3)))
+    let [low, middle, high] = quartiles(&mut all);
+    Ok(format!("{middle:9.1} ({low:.1} to {high:.1})"))
 }
 
 fn frames() -> anyhow::Result<()> {
@@ -179,9 +186,8 @@ fn library(path: &Path) -> anyhow::Result<()> {
         ("read, hashed, judged, copied, loaded, asked what it is", load),
         ("the same for a new build, with an instance and its first graph", reload),
     ] {
-        all.sort_by(f64::total_cmp);
-        let at = |share: usize| all[(LOADS - 1) * share / 4];
-        println!("  {what:<63} {:6.2} ms ({:.2} to {:.2})", at(2), at(1), at(3));
+        let [low, middle, high] = quartiles(&mut all);
+        println!("  {what:<63} {middle:6.2} ms ({low:.2} to {high:.2})");
     }
     Ok(())
 }
