@@ -41,7 +41,9 @@ pub(crate) fn take(
         Some("compare") => comparison(outcome, &own, (number, command)),
         Some("report") => report(outcome, &own, (words, command)),
         Some("bench") => {
-            let (grid, numbers) = passes::table(&json(&own.join("bench.json"))?, rows, command)?;
+            let object = json(&own.join("bench.json"))?;
+            let set = settings(words, |setting| !setting.contains(':'));
+            let (grid, numbers) = passes::table(&object, rows, (&set, command))?;
             outcome.tables.push(grid);
             outcome.numbers.extend(numbers);
             Ok(())
@@ -150,8 +152,14 @@ fn comparison(
     Ok(())
 }
 
+/// Settings that were typed, each behind a comma.
+fn settings(words: &[String], takes: impl Fn(&str) -> bool) -> String {
+    let set = words.windows(2).filter(|pair| pair[0] == "--set" && takes(&pair[1]));
+    set.map(|pair| format!(", {}", pair[1])).collect()
+}
+
 /// A whole number with its digits in threes.
-fn grouped(n: u64) -> String {
+pub(crate) fn grouped(n: u64) -> String {
     let digits = n.to_string();
     let mut all = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -174,8 +182,7 @@ fn report(
     for (k, knob) in knobs.iter().enumerate() {
         let id = knob["id"].as_str().unwrap_or_default();
         let head = [id, "RMSE", "largest error", "s", "spread, s"].map(str::to_owned).to_vec();
-        let set = words.windows(2).filter(|pair| pair[0] == "--set");
-        let set: String = set.map(|pair| format!(", {}", pair[1])).collect();
+        let set = settings(words, |_| true);
         let caption = format!("{unit} by {id}{set}");
         let mut grid = Grid { caption: caption.clone(), head, rows: Vec::new() };
         for (c, cell) in knob["cells"].as_array().into_iter().flatten().enumerate() {

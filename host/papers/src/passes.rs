@@ -2,6 +2,7 @@
 //! renderers that were measured.
 
 use crate::entries::PassRow;
+use crate::harvest::grouped;
 use crate::outcome::{Grid, Number};
 use anyhow::{Context as _, bail};
 use serde_json::Value;
@@ -100,14 +101,15 @@ fn rows(
     Ok(all)
 }
 
-/// The table and the numbers of a benchmark; `command` is its place among the outcome's commands.
+/// The table and the numbers of a benchmark; `set` are the settings that all its renderers have, for the caption, and
+/// `command` is its place among the outcome's commands.
 ///
 /// # Errors
 /// One line where it has no stages, or one without a time.
 pub(crate) fn table(
     object: &Value,
     wanted: &[PassRow],
-    command: Option<usize>,
+    (set, command): (&str, Option<usize>),
 ) -> anyhow::Result<(Grid, Vec<Number>)> {
     let splits = object["splits"].as_array().map(Vec::as_slice).unwrap_or_default();
     let Some(first) = splits.first() else { bail!("expected a benchmark with --split") };
@@ -115,10 +117,10 @@ pub(crate) fn table(
     let text = |name: &str| first[name].as_str().unwrap_or_default();
     let n_runs = first["stages"][0][clock.runs].as_array().map_or(0, Vec::len);
     let caption = format!(
-        "{}, {} surfels, {}: milliseconds of {} of each pass, alone; in brackets the distance of the quartiles of \
-         {n_runs} frames",
+        "{}, {} surfels, {}{set}: milliseconds of {} of each pass, alone; in brackets the distance of the quartiles \
+         of {n_runs} frames",
         text("file").rsplit(['/', '\\']).next().unwrap_or_default(),
-        first["surfels"],
+        grouped(first["surfels"].as_u64().unwrap_or_default()),
         text("size"),
         clock.name
     );
@@ -261,14 +263,14 @@ mod tests {
     #[test]
     fn every_stage_of_a_frame_is_in_one_row() {
         let object = benchmark(true);
-        let (grid, numbers) = table(&object, &wanted(), Some(3)).unwrap();
+        let (grid, numbers) = table(&object, &wanted(), (", a=1", Some(3))).unwrap();
         assert_eq!(grid.head, ["pass", "section", "a 1"]);
         let column: Vec<&str> = grid.rows.iter().map(|row| row[2].as_str()).collect();
         assert_eq!(
             column,
             ["8.00 (2.00)", "30.00 (4.00)", "", "65.00 (4.00)", "70.00 (2.00)", "20.0"]
         );
-        assert!(grid.caption.starts_with("y.ply, 7 surfels, 8x8"), "{}", grid.caption);
+        assert!(grid.caption.starts_with("y.ply, 7 surfels, 8x8, a=1: "), "{}", grid.caption);
         let sum: f64 = numbers.iter().map(|number| number.value).sum();
         assert_eq!(sum, 103.0 + 70.0, "parts and what comes behind a frame do not count");
         for number in &numbers {
@@ -288,7 +290,7 @@ mod tests {
         for wrong in ["a-2: maps", "a-1: none", "a-1: nothing", "maps"] {
             assert!(found(wrong).is_err(), "{wrong}");
         }
-        assert!(table(&json!({ "splits": [] }), &wanted(), None).is_err());
+        assert!(table(&json!({ "splits": [] }), &wanted(), ("", None)).is_err());
         let runs = json!({ "a": [{ "wall_ms": 1.0 }, { "wall_ms": 5.0 }, { "wall_ms": 3.0 }] });
         assert_eq!(at(&runs, "/a"), Some(3.0));
         assert_eq!(at(&runs, "/a + /b"), None);

@@ -63,7 +63,7 @@ fn results(body: &mut String, entry: &Entry, outcome: &Outcome, pictures: &Pictu
         // Its pictures are those below, which the page's script fills in: each is on the page once.
         writeln!(
             body,
-            "<figure class=\"wipe\"><div><img alt=\"as corrected\"><img alt=\"as printed\"></div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"where the \
+            "<figure class=\"wipe\"><div><img alt=\"as corrected\"><img alt=\"as printed\"><i></i></div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"where the \
              printed form ends\"><figcaption>left as printed, right as corrected</figcaption></figure>"
         )?;
     }
@@ -132,19 +132,23 @@ fn shown(value: f64) -> String {
     }
 }
 
+/// Columns of words.
+const WORDS: [&str; 2] = ["printed", "section"];
+
 fn table(body: &mut String, grid: &Grid) -> Result {
     if !grid.caption.is_empty() {
         writeln!(body, "<p>{}</p>", text(&grid.caption))?;
     }
     write!(body, "<div class=\"wide\"><table><tr>")?;
+    let class = |name: &str| if WORDS.contains(&name) { " class=\"words\"" } else { "" };
     for name in &grid.head {
-        write!(body, "<th>{}</th>", text(name))?;
+        write!(body, "<th{}>{}</th>", class(name), text(name))?;
     }
     writeln!(body, "</tr>")?;
     for row in &grid.rows {
         write!(body, "<tr>")?;
-        for cell in row {
-            write!(body, "<td>{}</td>", text(cell))?;
+        for (name, cell) in grid.head.iter().zip(row) {
+            write!(body, "<td{}>{}</td>", class(name), text(cell))?;
         }
         writeln!(body, "</tr>")?;
     }
