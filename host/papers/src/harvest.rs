@@ -24,6 +24,7 @@ pub(crate) fn file_of(command: &str) -> Option<&'static str> {
         "compare" => Some("metrics.json"),
         "report" => Some("report.json"),
         "bench" => Some("bench.json"),
+        "info" => Some("info.json"),
         _ => None,
     }
 }
@@ -58,6 +59,12 @@ pub(crate) fn take(
                 }
             }
             Ok(())
+        }
+        // What it prints with --json.
+        Some("info") => {
+            std::fs::create_dir_all(&own)
+                .with_context(|| format!("{}: the folder cannot be made", own.display()))?;
+            files::write_whole(&own.join("info.json"), said.as_bytes())
         }
         Some("bake" | "explain") => {
             // Paths of this machine are no part of a page.

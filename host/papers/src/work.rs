@@ -206,7 +206,7 @@ impl<'a> Work<'a> {
         if matches!(command.as_str(), "compare" | "report") {
             add("--repeats", self.arguments.repeats.to_string());
         }
-        if harvest::file_of(&command).is_some() {
+        if matches!(command.as_str(), "bench" | "compare" | "report") {
             add("-o", part.join(number.to_string()).display().to_string());
         }
         words.extend(self.passed_on(&command));
@@ -224,7 +224,7 @@ impl<'a> Work<'a> {
             add("--plugin", Some(commands::from_root(file)));
         }
         add("--trust-file", plugins.trust_file.as_deref().map(commands::from_root));
-        if command != "convert" {
+        if !matches!(command, "convert" | "info") {
             add("--adapter", self.arguments.device.adapter.clone());
         }
         if plugins.trust {
