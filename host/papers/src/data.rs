@@ -198,4 +198,21 @@ mod tests {
             data.found(&prepared.key).unwrap();
         }
     }
+
+    /// Costs 0.2 s.
+    #[test]
+    fn clouds_that_are_made_have_as_many_surfels_as_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = Data::find(None, folder.path()).unwrap();
+        for own in data.listed.own.iter().filter(|own| !own.made.is_empty()) {
+            let file = clouds::file(&own.made, folder.path()).unwrap();
+            let bytes = std::fs::read(file).unwrap();
+            let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).into_owned();
+            let line = head.lines().find_map(|line| line.strip_prefix("element vertex "));
+            let n: u64 = line.unwrap().trim().parse().unwrap();
+            let said = own.of.split(' ').map(|word| word.replace(',', ""));
+            let said: Vec<u64> = said.filter_map(|word| word.parse().ok()).collect();
+            assert_eq!(said, [n], "{}", own.of);
+        }
+    }
 }

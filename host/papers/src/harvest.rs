@@ -1,7 +1,8 @@
 //! What the commands of an entry left in its folder: pictures, numbers and plots.
 
-use crate::entries::Against;
+use crate::entries::{Against, PassRow};
 use crate::outcome::{Drawing, Grid, Number, Outcome, PictureFile};
+use crate::passes;
 use anyhow::{Context as _, anyhow};
 use serde_json::Value;
 use std::path::Path;
@@ -23,14 +24,17 @@ pub(crate) fn file_of(command: &str) -> Option<&'static str> {
     match command {
         "compare" => Some("metrics.json"),
         "report" => Some("report.json"),
+        "bench" => Some("bench.json"),
+        "info" => Some("info.json"),
         _ => None,
     }
 }
 
-/// Adds what a step left in `folder/number`; `command` is its place among the outcome's commands.
+/// Adds what a step left in `folder/number`.
 pub(crate) fn take(
     outcome: &mut Outcome,
     folder: &Path,
+    rows: &[PassRow],
     (number, words, said): (usize, &[String], String),
 ) -> anyhow::Result<()> {
     let command = outcome.commands.len().checked_sub(1);
@@ -38,6 +42,14 @@ pub(crate) fn take(
     match words.first().map(String::as_str) {
         Some("compare") => comparison(outcome, &own, (number, command)),
         Some("report") => report(outcome, &own, (words, command)),
+        Some("bench") => {
+            let object = json(&own.join("bench.json"))?;
+            let set = settings(words, |setting| !setting.contains(':'));
+            let (grid, numbers) = passes::table(&object, rows, (&set, command))?;
+            outcome.tables.push(grid);
+            outcome.numbers.extend(numbers);
+            Ok(())
+        }
         Some("render") => {
             for pair in words.windows(2).filter(|pair| pair[0] == "-o") {
                 let path = Path::new(&pair[1]);
@@ -48,6 +60,12 @@ pub(crate) fn take(
                 }
             }
             Ok(())
+        }
+        // What it prints with --json.
+        Some("info") => {
+            std::fs::create_dir_all(&own)
+                .with_context(|| format!("{}: the folder cannot be made", own.display()))?;
+            files::write_whole(&own.join("info.json"), said.as_bytes())
         }
         Some("bake" | "explain") => {
             // Paths of this machine are no part of a page.
@@ -142,6 +160,12 @@ fn comparison(
     Ok(())
 }
 
+/// Settings that were typed, each behind a comma.
+fn settings(words: &[String], takes: impl Fn(&str) -> bool) -> String {
+    let set = words.windows(2).filter(|pair| pair[0] == "--set" && takes(&pair[1]));
+    set.map(|pair| format!(", {}", pair[1])).collect()
+}
+
 fn report(
     outcome: &mut Outcome,
     own: &Path,
@@ -153,8 +177,7 @@ fn report(
     for (k, knob) in knobs.iter().enumerate() {
         let id = knob["id"].as_str().unwrap_or_default();
         let head = [id, "RMSE", "largest error", "s", "spread, s"].map(str::to_owned).to_vec();
-        let set = words.windows(2).filter(|pair| pair[0] == "--set");
-        let set: String = set.map(|pair| format!(", {}", pair[1])).collect();
+        let set = settings(words, |_| true);
         let caption = format!("{unit} by {id}{set}");
         let mut grid = Grid { caption: caption.clone(), head, rows: Vec::new() };
         for (c, cell) in knob["cells"].as_array().into_iter().flatten().enumerate() {
@@ -198,20 +221,23 @@ fn report(
     Ok(())
 }
 
-/// Our number beside a printed one, of a step's JSON file.
+/// Our number beside a printed one, of a step's JSON file; `rows` are those of its table of passes.
 pub(crate) fn against(
     against: &Against,
     object: &Value,
+    rows: &[PassRow],
     command: Option<usize>,
 ) -> anyhow::Result<Number> {
     let number = |pointer: &str| {
-        let found = object.pointer(pointer);
-        let value = found.and_then(Value::as_f64).or_else(|| times(found).map(|(ms, _)| ms));
+        let value = passes::at(object, pointer);
         value.ok_or_else(|| anyhow!("{}: there is no number at {pointer}", against.what))
     };
-    let mut value = number(&against.value)?;
+    let mut pointer = passes::place(&against.value, object, rows)?;
+    let mut value = number(&pointer)?;
     if !against.over.is_empty() {
-        value /= number(&against.over)?;
+        let over = passes::place(&against.over, object, rows)?;
+        value /= number(&over)?;
+        pointer = format!("{pointer} / {over}");
     }
     if against.factor != 0.0 {
         value *= against.factor;
@@ -222,7 +248,7 @@ pub(crate) fn against(
         unit: against.unit.clone(),
         printed: against.printed.clone(),
         command,
-        pointer: against.value.clone(),
+        pointer,
         is_repeatable: false,
     })
 }
@@ -248,8 +274,10 @@ mod tests {
             factor: 10.0,
             ..Against::default()
         };
-        assert_eq!(against(&wanted, &object, None).unwrap().value.to_bits(), 40f64.to_bits());
+        let found = against(&wanted, &object, &[], None).unwrap();
+        assert_eq!(found.value.to_bits(), 40f64.to_bits());
+        assert_eq!(found.pointer, "/b / /a");
         let none = Against { value: "/c".to_owned(), ..wanted };
-        assert!(against(&none, &object, None).unwrap_err().to_string().contains("/c"));
+        assert!(against(&none, &object, &[], None).unwrap_err().to_string().contains("/c"));
     }
 }

@@ -25,6 +25,7 @@ mod gallery;
 mod harvest;
 pub mod outcome;
 mod page;
+mod passes;
 mod steps;
 mod work;
 

@@ -53,7 +53,8 @@ pub struct Number {
     /// The command that measures it, by its place among the commands; none where the program itself
     /// evaluates a formula.
     pub command: Option<usize>,
-    /// Where it is in the JSON file of that command.
+    /// Where it is in the JSON file of that command: a JSON pointer, several with ` + ` between them that are added
+    /// up, and behind ` / ` what the sum is divided by.
     pub pointer: String,
     /// Whether another run has the very value: times differ.
     pub is_repeatable: bool,

@@ -148,7 +148,7 @@ impl<'a> Work<'a> {
             let said = self.run(&words)?;
             outcome.commands.push(commands::shown(&words, &self.folder, part, folder));
             places.push(outcome.commands.len() - 1);
-            harvest::take(outcome, part, (number, &words, said))?;
+            harvest::take(outcome, part, &entry.pass, (number, &words, said))?;
         }
         for against in &entry.against {
             let words = entry.steps.get(against.step).map(|step| steps::words(step)).transpose()?;
@@ -157,7 +157,7 @@ impl<'a> Work<'a> {
             let file = file.ok_or_else(|| anyhow!("step {} measures nothing", against.step))?;
             let object = harvest::json(&part.join(against.step.to_string()).join(file))?;
             let command = places.get(against.step).copied();
-            outcome.numbers.push(harvest::against(against, &object, command)?);
+            outcome.numbers.push(harvest::against(against, &object, &entry.pass, command)?);
         }
         Ok(())
     }
@@ -196,8 +196,18 @@ impl<'a> Work<'a> {
             }
             add("--size", self.arguments.size.to_string());
         }
+        if command == "bench" {
+            // A scene has its own lights, and a benchmark takes no others.
+            for (option, value) in views(step, used)?.into_iter().filter(|(o, _)| o != "--light") {
+                add(&option, value);
+            }
+            add("--sizes", self.arguments.size.to_string());
+            add("--frames", self.arguments.repeats.to_string());
+        }
         if matches!(command.as_str(), "compare" | "report") {
             add("--repeats", self.arguments.repeats.to_string());
+        }
+        if matches!(command.as_str(), "bench" | "compare" | "report") {
             add("-o", part.join(number.to_string()).display().to_string());
         }
         words.extend(self.passed_on(&command));
@@ -224,7 +234,7 @@ impl<'a> Work<'a> {
             );
         }
         add("--trust-file", plugins.trust_file.as_deref().map(commands::from_root));
-        if command != "convert" {
+        if !matches!(command, "convert" | "info") {
             add("--adapter", self.arguments.device.adapter.clone());
         }
         if plugins.trust {
@@ -302,8 +312,7 @@ impl<'a> Work<'a> {
             commands.push(commands::shown(&words, &self.folder, &part, &folder));
         }
         if !is_there {
-            // Another part may have prepared the same in the meantime.
-            if was_made() { remove(&part)? } else { finish(&part, &folder)? }
+            finish_shared(&part, &folder, was_made)?;
         }
         let mut shown = Vec::new();
         for (key, used) in &used {
@@ -413,6 +422,21 @@ fn remove(folder: &Path) -> anyhow::Result<()> {
 fn finish(part: &Path, folder: &Path) -> anyhow::Result<()> {
     remove(folder)?;
     std::fs::rename(part, folder).with_context(|| format!("{}: cannot be renamed", part.display()))
+}
+
+/// The same for what several parts make at a time: the first that is whole stays, since others may be reading it.
+fn finish_shared(part: &Path, folder: &Path, was_made: impl Fn() -> bool) -> anyhow::Result<()> {
+    // A folder takes the name of no other that holds something.
+    if std::fs::rename(part, folder).is_ok() {
+        return Ok(());
+    }
+    if was_made() {
+        return remove(part);
+    }
+    match finish(part, folder) {
+        Err(_) if was_made() => remove(part),
+        done => done,
+    }
 }
 
 /// The time: UTC, RFC 3339.

@@ -5,6 +5,7 @@ use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use surfelshop_evaluate::compare::CompareArguments;
 use surfelshop_evaluate::report::ReportArguments;
+use surfelshop_papers::PapersArguments;
 use surfelshop_session::options::PrintArguments;
 use surfelshop_session::render::RenderArguments;
 
@@ -13,6 +14,7 @@ use surfelshop_session::render::RenderArguments;
   surfelshop farm report scan.ply -r environment --reference-set samples=1024 --parts 8 -o job
   surfelshop farm film scan.ply --path orbit:240 --parts 8 -o job/scan.png
   surfelshop farm index tiles/*.laz --parts 20 -o job/city.surfels
+  surfelshop farm papers --data models --parts 8 -o job
   surfelshop farm run job --workers 2
 The folder of a job holds a template of Open Job Description (template.yaml, with its parameters in parameters.json),
 which render farms take, and scripts for Slurm (slurm.sh) and for hands (task.sh). Results come into the folder `result`.")]
@@ -32,6 +34,8 @@ pub(crate) enum FarmCommand {
     Compare(Box<FarmJob<CompareArguments>>),
     /// A pyramid in parts: what `surfelshop index` takes; the job's folder is that of the pyramid.
     Index(Box<FarmJob<IndexArguments>>),
+    /// The papers in parts: what `surfelshop papers` takes.
+    Papers(Box<FarmJob<PapersArguments>>),
     /// Run a job here, by the program `openjd` of the standard.
     Run(FarmRun),
 }

@@ -81,8 +81,10 @@ impl JobOrder<'_> {
             0 | 1 => String::new(),
             n => format!(" and {} more", n - 1),
         };
+        // Without files a command takes its own.
+        let of = if names.is_empty() { String::new() } else { format!(" of {first}{more}") };
         Ok(Job {
-            name: format!("{} of {first}{more} in {} parts", self.command, self.parts),
+            name: format!("{}{of} in {} parts", self.command, self.parts),
             folder,
             place,
             inputs,

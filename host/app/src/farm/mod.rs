@@ -3,6 +3,7 @@
 pub(crate) mod arguments;
 mod job;
 mod local;
+mod papers;
 mod scripts;
 mod template;
 
@@ -108,6 +109,7 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
             ])?;
             write(&job, &work.report)
         }
+        FarmCommand::Papers(given) => write(&papers::job(given, words)?, &given.work.report),
         FarmCommand::Run(given) => local::run(given),
     }
 }

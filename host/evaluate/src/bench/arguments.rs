@@ -60,6 +60,9 @@ pub struct BenchArguments {
     /// [default: 12]; with --growth from one place, and with --start as many starts [default: 5].
     #[arg(long, value_name = "NUMBER", value_parser = values::timed)]
     pub frames: Option<u32>,
+    /// Draw all frames from where the picture is seen, instead of once around what the camera looks at.
+    #[arg(long, conflicts_with_all = ["growth", "start"])]
+    pub still: bool,
     /// Most surfels of --growth.
     #[arg(long, value_name = "SURFELS", default_value_t = 1_000_000, requires = "growth",
           value_parser = clap::value_parser!(u32).range(10_000..=20_000_000))]
@@ -174,6 +177,8 @@ mod tests {
             "--growth --sizes 64",
             "--growth --split",
             "--start --split",
+            "--growth --still",
+            "--start --still",
         ] {
             assert!(strategies(&format!("surfelshop bench {line}")).is_err(), "{line}");
         }

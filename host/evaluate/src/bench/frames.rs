@@ -99,7 +99,10 @@ impl Session<'_> {
         let n_steps = (arguments.sizes.len() * whats().count()) as f64;
         for (i, &size) in arguments.sizes.iter().enumerate() {
             let view = render::view(&picture(size)?, &staging, clouds);
-            let views: Vec<View> = orbit(&view, &extent, n).collect();
+            let views: Vec<View> = match arguments.still {
+                true => vec![view; n as usize],
+                false => orbit(&view, &extent, n).collect(),
+            };
             for (j, what) in whats().enumerate() {
                 let plugins = &arguments.plugins;
                 let staging = &staging;

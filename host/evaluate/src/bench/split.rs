@@ -151,6 +151,7 @@ impl Split {
                 "cpu_spread_ms": spread(&stage.cpu_ms),
                 "wall_ms": median(&stage.wall_ms),
                 "runs_cpu_ms": stage.cpu_ms,
+                "runs_wall_ms": stage.wall_ms,
             })
         };
         object.insert("stages".to_owned(), self.stages.iter().map(stage).collect());

@@ -15,7 +15,7 @@ pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Comp
     let surface = Surface::of(bench, "igea")?;
     match which {
         "T9" => Ok(distributions(&surface)?),
-        "T10" => half_vectors(&surface),
+        "T10" => half_vectors(bench, &surface),
         "T11" => fresnels(bench, &surface),
         "T12" => mirrored(bench, &surface),
         other => bail!("there is no erratum {other} of highlights"),
@@ -52,28 +52,23 @@ fn distributions(surface: &Surface) -> anyhow::Result<Computed> {
     Ok(all)
 }
 
-fn half_vectors(surface: &Surface) -> anyhow::Result<Computed> {
-    // Far behind the surface, so that light grazes it.
-    let right = surface.to_eye.cross(DVec3::Y).normalize_or_zero();
-    let light = (right * 0.5 + DVec3::Y * 0.25 - surface.to_eye * 0.83).normalize_or_zero();
-    let sum = 0.5 * (light + surface.to_eye);
-    let lit = |half: DVec3, term: fn(f64, f64) -> f64| {
-        surface.shaded(move |n, _| match n.dot(light) > 0.0 {
-            true => {
-                let d = distribution(n.dot(half), 0.5).powi(2);
-                DVec3::splat(term(half.dot(surface.to_eye), INDEX) * d)
-            }
-            false => DVec3::ZERO,
+fn half_vectors(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed> {
+    let sky = Sky::read(bench.path("rnl")?)?;
+    let halved = |cosine: f64| 0.5 * fresnel_whole(cosine, INDEX);
+    let lit = |half: &(dyn Fn(DVec3) -> DVec3 + Sync), term: &(dyn Fn(f64) -> f64 + Sync)| {
+        surface.shaded(|n, _| {
+            let ray = surface.mirrored(n);
+            sky.radiance(ray) * term(half(ray + surface.to_eye).dot(surface.to_eye))
         })
     };
-    let halved = |cosine: f64, index: f64| 0.5 * fresnel_whole(cosine, index);
-    let printed = lit(sum, halved);
-    let corrected = lit(sum.normalize_or_zero(), halved);
-    let truth = lit(sum.normalize_or_zero(), fresnel);
+    let normalised = |sum: DVec3| sum.normalize_or_zero();
+    let printed = lit(&|sum| 0.5 * sum, &halved);
+    let corrected = lit(&normalised, &halved);
+    let truth = lit(&normalised, &|cosine| fresnel(cosine, INDEX));
     let mut all = Computed::pair(&printed, &corrected, &truth)?;
     let cosine = 75f64.to_radians().cos();
-    all.number("F at 75 degrees, as printed", halved(cosine * cosine, INDEX), "");
-    all.number("F at 75 degrees, as corrected", halved(cosine, INDEX), "");
+    all.number("F at 75 degrees, as printed", halved(cosine * cosine), "");
+    all.number("F at 75 degrees, as corrected", halved(cosine), "");
     Ok(all)
 }
 

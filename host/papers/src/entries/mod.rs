@@ -58,8 +58,22 @@ pub struct Entry {
     pub errors: Vec<String>,
     /// What its pictures show in the gallery; empty where they are not in it.
     pub gallery: String,
+    /// Rows of the tables of time by pass that its benchmarks make.
+    pub pass: Vec<PassRow>,
     /// Printed numbers and where ours are found.
     pub against: Vec<Against>,
+}
+
+/// A step of a paper's algorithm, and what of a frame it is.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PassRow {
+    /// What it is.
+    pub name: String,
+    /// Section of the paper.
+    pub at: String,
+    /// How stages of `bench --split` begin that belong to it, up to a blank, a comma, a colon or the end.
+    pub stages: Vec<String>,
 }
 
 /// A number that is printed, and ours.
@@ -72,9 +86,10 @@ pub struct Against {
     pub printed: String,
     /// The step whose numbers count, from 0.
     pub step: usize,
-    /// Where ours is in that step's JSON file: a JSON pointer. Of a list of runs it is the median time.
+    /// Where ours is in that step's JSON file: a JSON pointer. Of a list of runs it is the median time. Of a
+    /// benchmark's step also `RENDERER: ROW` of its table of passes, or `RENDERER: frame`.
     pub value: String,
-    /// What it is divided by, another pointer; nothing where empty.
+    /// What it is divided by, the same of another number; nothing where empty.
     pub over: String,
     /// Factor on the result; 1 where 0.
     pub factor: f64,

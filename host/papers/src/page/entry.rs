@@ -3,7 +3,7 @@
 use super::html::{attribute, marked, text};
 use super::pictures::Pictures;
 use crate::entries::Entry;
-use crate::outcome::{Grid, Made, Outcome, State};
+use crate::outcome::{Grid, Made, Outcome, Shown, State};
 use std::fmt::{Result, Write};
 
 /// The name of an entry's place on the page.
@@ -16,9 +16,17 @@ pub(super) fn why(entry: &Entry, outcome: &Outcome) -> String {
     if outcome.state == State::Impossible {
         return entry.impossible.clone();
     }
-    let stands_in = outcome.data.iter().filter(|shown| !shown.stands_in_for.is_empty());
-    let mut all: Vec<String> =
-        stands_in.map(|shown| format!("{} for {}", shown.of, shown.stands_in_for)).collect();
+    // Of what was made of one cloud in several ways, the cloud.
+    let mut stands_in: Vec<&Shown> = Vec::new();
+    for shown in outcome.data.iter().filter(|shown| !shown.stands_in_for.is_empty()) {
+        match stands_in.iter_mut().find(|known| known.stands_in_for == shown.stands_in_for) {
+            Some(known) if shown.of.len() < known.of.len() => *known = shown,
+            Some(_) => {}
+            None => stands_in.push(shown),
+        }
+    }
+    let line = |shown: &&Shown| format!("{} for {}", shown.of, shown.stands_in_for);
+    let mut all: Vec<String> = stands_in.iter().map(line).collect();
     all.extend(Some(entry.stand_in.clone()).filter(|line| !line.is_empty()));
     all.dedup();
     all.join("; ")
@@ -63,7 +71,7 @@ fn results(body: &mut String, entry: &Entry, outcome: &Outcome, pictures: &Pictu
         // Its pictures are those below, which the page's script fills in: each is on the page once.
         writeln!(
             body,
-            "<figure class=\"wipe\"><div><img alt=\"as corrected\"><img alt=\"as printed\"></div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"where the \
+            "<figure class=\"wipe\"><div><img alt=\"as corrected\"><img alt=\"as printed\"><i></i></div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"where the \
              printed form ends\"><figcaption>left as printed, right as corrected</figcaption></figure>"
         )?;
     }
@@ -132,19 +140,23 @@ fn shown(value: f64) -> String {
     }
 }
 
+/// Columns of words.
+const WORDS: [&str; 2] = ["printed", "section"];
+
 fn table(body: &mut String, grid: &Grid) -> Result {
     if !grid.caption.is_empty() {
         writeln!(body, "<p>{}</p>", text(&grid.caption))?;
     }
     write!(body, "<div class=\"wide\"><table><tr>")?;
+    let class = |name: &str| if WORDS.contains(&name) { " class=\"words\"" } else { "" };
     for name in &grid.head {
-        write!(body, "<th>{}</th>", text(name))?;
+        write!(body, "<th{}>{}</th>", class(name), text(name))?;
     }
     writeln!(body, "</tr>")?;
     for row in &grid.rows {
         write!(body, "<tr>")?;
-        for cell in row {
-            write!(body, "<td>{}</td>", text(cell))?;
+        for (name, cell) in grid.head.iter().zip(row) {
+            write!(body, "<td{}>{}</td>", class(name), text(cell))?;
         }
         writeln!(body, "</tr>")?;
     }
@@ -186,6 +198,19 @@ fn footer(body: &mut String, entry: &Entry, outcome: &Outcome) -> Result {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_stands_in_is_said_once() {
+        let shown = |of: &str, stands_in_for: &str| Shown {
+            of: of.to_owned(),
+            stands_in_for: stands_in_for.to_owned(),
+        };
+        let mut outcome = Outcome::empty(State::StoodIn);
+        outcome.data =
+            vec![shown("a, rays", "x"), shown("a", "x"), shown("b", ""), shown("c", "y")];
+        let entry = Entry { stand_in: "So it is.".to_owned(), ..Entry::default() };
+        assert_eq!(why(&entry, &outcome), "a for x; c for y; So it is.");
+    }
 
     #[test]
     fn numbers_have_four_digits() {

@@ -1,4 +1,4 @@
-//! Jobs for render farms: what is written, and that its scripts do what one piece does. Costs 5 s; with
+//! Jobs for render farms: what is written, and that its scripts do what one piece does. Costs 8 s; with
 //! `SURFELSHOP_LONG` a minute more, for templates that the standard's own program checks and runs.
 
 use crate::cli::program::{TestFolder, facing_front};
@@ -15,8 +15,13 @@ const FILM: &str = "two.ply -r ewa-phong --size 40 --camera front --path orbit:6
 
 /// Runs a task of a job by hand.
 fn task(folder: &TestFolder, words: &[&str]) -> std::process::Output {
+    task_of(folder, "job", words)
+}
+
+/// The same of any job.
+fn task_of(folder: &TestFolder, job: &str, words: &[&str]) -> std::process::Output {
     let mut command = Command::new("bash");
-    command.arg(folder.at("job/task.sh")).args(words);
+    command.arg(folder.at(&format!("{job}/task.sh"))).args(words);
     for (name, value) in folder.command().get_envs() {
         match value {
             Some(value) => command.env(name, value),
@@ -71,6 +76,71 @@ fn a_job_s_tasks_make_what_one_piece_makes_and_say_how_they_fail() {
     same_film(&folder);
 }
 
+/// Words of the papers: four entries without times.
+const PAPERS: [&str; 15] = [
+    "thesis",
+    "--only",
+    "Figure 3",
+    "--only",
+    "Figure 10",
+    "--only",
+    "Table 1",
+    "--only",
+    "Figure 43",
+    "--size",
+    "40",
+    "--samples",
+    "4",
+    "--repeats",
+    "1",
+];
+
+/// Writes the job of the papers, and makes them in one piece.
+fn papers(folder: &TestFolder) {
+    let all = |words: &[&str]| folder.run_with(&[words, &PAPERS].concat()).done();
+    all(&["papers", "-o", "whole"]);
+    all(&["farm", "papers", "--parts", "2", "-o", "papers"]);
+}
+
+/// The page without when and where it was made.
+fn same_pages(folder: &TestFolder) {
+    let read = |place: &str| {
+        let page = std::fs::read_to_string(folder.at(&format!("{place}/thesis.html"))).unwrap();
+        let page = page.replace(&format!("/{place}/work"), "/work");
+        page.lines().filter(|line| !line.contains(" threads; ")).map(str::to_owned).collect()
+    };
+    let [whole, job]: [Vec<String>; 2] = ["whole", "papers/result"].map(read);
+    assert!(whole.iter().any(|line| line.contains("data:image/png;base64,")));
+    assert_eq!(whole.len(), job.len());
+    for (whole, job) in whole.iter().zip(&job) {
+        assert!(whole == job, "{}\n{}", &whole[..whole.len().min(400)], &job[..job.len().min(400)]);
+    }
+}
+
+/// Invariant: the pages of the papers that the tasks of a job make, in any order, are those of one run
+#[test]
+#[cfg(unix)]
+fn the_papers_made_by_a_job_are_those_of_one_run() {
+    let folder = TestFolder::new();
+    papers(&folder);
+    let template = std::fs::read_to_string(folder.at("papers/template.yaml")).unwrap();
+    assert!(template.contains("name: \"papers in 2 parts\""), "{template}");
+    assert!(template.contains("- name: Pages\n  dependencies: [ { dependsOn: Parts } ]"));
+    for words in [["Parts", "2"], ["Parts", "1"], ["Pages", ""]] {
+        let ended = task_of(&folder, "papers", &words);
+        assert!(ended.status.success(), "{ended:?}");
+        let has_pages = folder.at("papers/result/index.html").exists();
+        assert_eq!(has_pages, words[0] == "Pages", "a part writes no pages");
+        if has_pages {
+            let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+            assert_eq!(said.matches(": was there").count(), 3, "parts made all: {said}");
+        }
+    }
+    same_pages(&folder);
+    folder.run("farm papers -o job --part 1/2").failed(&["--part", "leave it out"]);
+    folder.run("farm papers -o job --gallery small").failed(&["--gallery", "makes pages"]);
+}
+
 #[test]
 fn what_is_no_job_is_one_line() {
     let folder = two();
@@ -113,13 +183,15 @@ fn the_standard_s_program_takes_the_templates_and_runs_them() {
     ] {
         folder.run(&line).done();
     }
-    for job in ["report", "compare", "index", "job"] {
+    papers(&folder);
+    for job in ["report", "compare", "index", "job", "papers"] {
         let template = folder.at(&format!("{job}/template.yaml"));
         let checked = Command::new(&openjd).arg("check").arg(&template).output().unwrap();
         assert!(checked.status.success(), "{job}: {checked:?}");
         folder.run(&format!("farm run {job} --workers 2 --openjd {openjd}")).done();
     }
     same_film(&folder);
+    same_pages(&folder);
     let errors = |name: &str| -> Vec<Value> {
         let text = std::fs::read_to_string(folder.at(name)).unwrap();
         let told: Value = serde_json::from_str(&text).unwrap();

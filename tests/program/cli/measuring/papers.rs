@@ -7,6 +7,21 @@ use std::fs;
 
 const SMALL: &str = "--size 40 --samples 4 --repeats 1";
 
+/// What a number's place in a file says: pointers that are added up, over others behind ` / `.
+fn evaluated(file: &Value, places: &str) -> f64 {
+    let one = |pointer: &str| {
+        let found = file.pointer(pointer).unwrap_or_else(|| panic!("{pointer} is missing"));
+        found.as_f64().unwrap_or_else(|| {
+            let runs = found.as_array().unwrap().iter();
+            let mut runs: Vec<f64> = runs.map(|run| run["wall_ms"].as_f64().unwrap()).collect();
+            runs.sort_by(f64::total_cmp);
+            runs[runs.len() / 2]
+        })
+    };
+    let sum = |places: &str| places.split(" + ").map(one).sum::<f64>();
+    places.split_once(" / ").map_or_else(|| sum(places), |(value, over)| sum(value) / sum(over))
+}
+
 /// The words of a command as a shell takes them, without the program.
 fn words(command: &str) -> Vec<String> {
     let (mut words, mut word, mut is_quoted) = (Vec::new(), String::new(), false);
@@ -156,6 +171,12 @@ fn ten_entries_have_the_numbers_that_their_commands_measure() {
             let out = words.iter().rposition(|word| word == "-o").unwrap();
             let file = format!("{}/{file}", words[out + 1]);
             let found = json(&elsewhere, &file);
+            let of_times =
+                numbers.iter().filter(|n| n["is_repeatable"] == false && n["command"] == i);
+            for number in of_times {
+                let again = evaluated(&found, number["pointer"].as_str().unwrap());
+                assert!(again > 0.0 && again.is_finite(), "{name}: {}", number["what"]);
+            }
             for number in numbers.iter().filter(|number| number["is_repeatable"] == true) {
                 let again = match words[0].as_str() {
                     "papers" if number["command"].is_null() => {
@@ -221,6 +242,51 @@ fn parts_are_joined_by_the_command_without_a_part() {
         }
     }
     folder.run("papers -o page --part 3/2").misused(&["3/8"]);
+}
+
+/// Invariant: the passes of a frame of global illumination are in one row each, and the commands beside the table
+/// measure every number of it again
+#[test]
+fn times_by_pass_are_those_that_the_commands_measure() {
+    let folder = TestFolder::new();
+    let mut line = vec!["papers", "point-gi", "--only", "Section 5", "-o", "page"];
+    line.extend(SMALL.split(' '));
+    folder.run_with(&line).done();
+    let made = json(&folder, "page/papers.json");
+    let entry = entries(&made)[0];
+    let numbers = entry["numbers"].as_array().unwrap();
+    let file = |i: u64| json(&folder, &format!("page/work/point-gi-section-5/{i}/bench.json"));
+    for number in numbers {
+        let places = number["pointer"].as_str().unwrap();
+        let value = evaluated(&file(number["command"].as_u64().unwrap()), places);
+        let told = number["value"].as_f64().unwrap();
+        assert!((value / told - 1.0).abs() < 1e-9, "{}: {value} {told}", number["what"]);
+    }
+    let at = |what: &str| numbers.iter().find(|number| number["what"] == what);
+    assert!(at("shadow maps of lights at bounces 0").is_none(), "there is no light to reflect");
+    let shading = at("shading by lights at bounces 3").unwrap()["pointer"].as_str().unwrap();
+    assert!(!shading.contains(" + "), "one pass for all bounces: {shading}");
+    let maps = at("shadow maps of lights at bounces 3").unwrap()["pointer"].as_str().unwrap();
+    assert_eq!(maps.matches(" + ").count(), 2, "a pass of each bounce: {maps}");
+    // A pass that no row names would be hidden in the last one.
+    let rest = at("everything else at bounces 3").unwrap()["pointer"].as_str().unwrap();
+    let first = file(0);
+    for pointer in rest.split(" + ") {
+        let pointer = pointer.replace("cpu_ms", "stage").replace("wall_ms", "stage");
+        let stage = first.pointer(&pointer).unwrap().as_str().unwrap();
+        assert!(!stage.starts_with("pass "), "{stage} is in no row");
+    }
+    // The commands can be typed elsewhere, and have what the numbers name.
+    let elsewhere = TestFolder::new();
+    let command = entry["commands"][2].as_str().unwrap();
+    let words = words(command);
+    elsewhere.run_with(&words.iter().map(String::as_str).collect::<Vec<_>>()).done();
+    let again = json(&elsewhere, "point-gi-section-5-2/bench.json");
+    let of_command: Vec<&Value> = numbers.iter().filter(|n| n["command"] == 2).collect();
+    assert!(of_command.len() > 40, "{} numbers", of_command.len());
+    for number in of_command {
+        assert!(evaluated(&again, number["pointer"].as_str().unwrap()) > 0.0, "{number}");
+    }
 }
 
 /// The size and values of a picture.
