@@ -365,11 +365,16 @@ fn the_axis_that_points_up_comes_back() {
 /// Invariant: what stood where is not lost without a line
 /// Cost: milliseconds
 #[test]
-fn a_pose_and_the_scanner_are_said_to_be_left_out() {
+fn places_of_scanners_are_said_to_be_left_out() {
     let mut cloud = Cloud::at(line(9));
     cloud.header.scanner = Some(DVec3::ONE);
-    cloud.header.pose.translation = DVec3::X;
     let (_, lines) = write(cloud, &Settings::default(), "p.las").unwrap();
-    assert!(lines.iter().any(|line| line.contains("place of the scanner is left out")));
-    assert!(lines.iter().any(|line| line.contains("pose of the scan is left out")), "{lines:?}");
+    assert_eq!(lines, ["the place of the scanner is left out"]);
+    for (format, n_lines) in [("PTX text", 1), ("", 1), ("LAS 1.4, point format 6", 0)] {
+        let mut scans = Cloud::at(line(9)).with("scan", 1, Owned::U16(vec![0; 9]));
+        scans.header.format = format.to_owned();
+        let (_, lines) = write(scans, &Settings::default(), "p.las").unwrap();
+        assert_eq!(lines.len(), n_lines, "{lines:?}");
+        assert!(lines.iter().all(|line| line.contains("places of scanners")), "{lines:?}");
+    }
 }

@@ -11,7 +11,7 @@ use crate::up_record;
 use laz::LazVlr;
 use std::time::{SystemTime, UNIX_EPOCH};
 use surfelshop_api::Result;
-use surfelshop_api::format::{CloudHeader, GPS_TIME, Pose, UpAxis};
+use surfelshop_api::format::{CloudHeader, GPS_TIME, SCAN, UpAxis};
 use surfelshop_api::glam::DVec3;
 
 /// What wrote the file.
@@ -181,8 +181,13 @@ fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
     if cloud.scanner.is_some() {
         lines.push("the place of the scanner is left out".to_owned());
     }
-    if cloud.pose != Pose::default() {
-        lines.push("the pose of the scan is left out: points stay in its own axes".to_owned());
+    // Several scans come as one cloud, whose header has no scanner.
+    let is_las = ["LAS ", "LAZ ", "COPC "].iter().any(|own| cloud.format.starts_with(own));
+    if !is_las && cloud.scanner.is_none() && cloud.column(SCAN).is_some() {
+        lines.push(
+            "poses and places of scanners, where they are known, are left out: LAS holds none"
+                .to_owned(),
+        );
     }
 }
 
