@@ -62,7 +62,13 @@ pub(crate) fn text(contents: &Contents) -> Result<String, Error> {
     let boxes = clouds.iter().filter_map(|cloud| cloud.bounds);
     let whole = boxes.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)]);
     if let Some([low, high]) = whole {
-        row("bounds", bounds(low, high))?;
+        // A head has the box of a scan's own axes, and a box is larger once it is turned.
+        let is_turned = |cloud: &CloudContents| cloud.header.pose.rotation != glam::DQuat::IDENTITY;
+        let most = match !contents.points_read && clouds.iter().any(is_turned) {
+            true => ", at most: boxes of turned scans; --full takes the points'",
+            false => "",
+        };
+        row("bounds", bounds(low, high) + most)?;
     }
     if let [only] = &clouds[..]
         && let Some(place) = only.header.scanner

@@ -67,7 +67,14 @@ impl Format for E57 {
 
 /// An error of the crate `e57` in one line; its text has the causes already.
 fn refused(error: &e57::Error) -> Error {
-    Error::new(error.to_string().split_whitespace().collect::<Vec<_>>().join(" "))
+    let text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    // What the standard library says of a file that ends within a read.
+    let text = text.replace("failed to fill whole buffer", "the file is cut short");
+    let fault = text.strip_prefix("Invalid E57 content: ");
+    Error::new(match fault {
+        Some(fault) => format!("expected a file as E57 wants it, found a fault: {fault}"),
+        None => text,
+    })
 }
 
 export_plugin! {

@@ -63,9 +63,7 @@ impl Header {
         let mut header = [0; LONG];
         let found = file.read_at(0, &mut header)?;
         if !header.starts_with(b"LASF") {
-            return Err(Error::new(
-                "expected a file that begins with LASF, found another beginning",
-            ));
+            return Err(not_las(&header[..found]));
         }
         if found < SHORT {
             return Err(Error::new(format!(
@@ -152,6 +150,23 @@ impl Header {
             (false, false) => format!("LAS 1.{}, {points}", self.minor),
         }
     }
+}
+
+/// What is said of a file that is none.
+fn not_las(head: &[u8]) -> Error {
+    const SHOWN: usize = 20;
+    let is_printable = |byte: &&u8| matches!(byte, b' '..=b'~');
+    let shown: String =
+        head.iter().take_while(is_printable).take(SHOWN).copied().map(char::from).collect();
+    let is_text = !head.is_empty() && head.iter().all(|byte| matches!(byte, 9..=13 | 32..));
+    let found = match (head.is_empty(), shown.is_empty()) {
+        (true, _) => "an empty file".to_owned(),
+        (false, true) => "another beginning".to_owned(),
+        (false, false) => format!("`{}`", shown.trim_end()),
+    };
+    let hint =
+        if is_text { "; if it is a table of points, read it with `--format xyz`" } else { "" };
+    Error::new(format!("expected a file that begins with LASF, found {found}{hint}"))
 }
 
 /// The format of records, and whether the highest bit says that they are compressed.

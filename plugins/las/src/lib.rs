@@ -2,7 +2,7 @@
 //!
 //! | parameter | type   | default | meaning                                                                |
 //! |-----------|--------|---------|------------------------------------------------------------------------|
-//! | `version` | choice | `auto`  | of files that are written: `1.4`, `1.2`; `auto`: the lowest that holds the cloud |
+//! | `version` | choice | `auto`  | of files that are written: `1.4`, `1.2`; `auto`: the lowest that holds all values |
 //! | `scale`   | float  | 0       | step of coordinates that are written; 0: the cloud's own, or one that suits |
 //!
 //! Reads LAS 1.0 to 1.5 with all point formats, 0 to 10, and LAZ of all versions. A COPC file is a LAZ file whose
@@ -15,6 +15,9 @@
 //! `gps_time`, `color` (16 bits, as stored), `nir`, and each field of extra bytes by its own name, with a `_` where
 //! that is taken. Extra bytes with a scale or an offset, and whole numbers of 64 bits, become f64. `NormalX`,
 //! `NormalY` and `NormalZ` are the column `normal`. Waveforms are left out.
+//!
+//! z points up. Where it does not in the cloud, or the cloud does not say, a record of `Surfelshop` with the number 1 notes
+//! it in written files: `up=x`, `up=y` or `up=unknown`. Other programs pass over it.
 //!
 //! Written, a column goes into its field where all its values fit, as far as the first batch shows; later values
 //! that do not fit are rounded or clamped, and counted in a line. A column that has no field, or whose values do not
@@ -52,6 +55,7 @@ mod records;
 mod settings;
 #[cfg(test)]
 mod tests;
+mod up_record;
 mod write;
 
 pub use settings::{Settings, Version};

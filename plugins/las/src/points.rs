@@ -130,7 +130,8 @@ impl<'a> Points<'a, '_> {
             return Err(Error::new(format!("none of {expected} points can be read{why}")));
         }
         if missing > 0 {
-            self.clouds.warn(&format!("{missing} of {expected} points cannot be read{why}"));
+            let n_read = self.n_read;
+            self.clouds.warn(&format!("{n_read} of {expected} points were read{why}"));
         }
         Ok(())
     }

@@ -127,7 +127,7 @@ fn describe(
         columns: layout.columns.iter().map(|column| column.file.clone()).collect(),
         bounds: header.bounds,
         step: Some(header.scale.abs()),
-        up: UpAxis::Z,
+        up: records.up.unwrap_or(UpAxis::Z),
         metres_per_unit: projection.metres_per_unit,
         coordinate_system: projection.name,
         time: header.date.clone(),

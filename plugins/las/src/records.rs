@@ -2,8 +2,9 @@
 
 use crate::header::Header;
 use crate::numbers::{part, text, u16_at, u64_at};
+use crate::up_record;
 use surfelshop_api::Result;
-use surfelshop_api::format::FileSource;
+use surfelshop_api::format::{FileSource, UpAxis};
 
 /// Most records that are looked at; files have a few dozen.
 const MOST: u32 = 1 << 16;
@@ -25,6 +26,8 @@ pub(crate) struct Records {
     pub(crate) wkt: String,
     /// The directory of `GeoTIFF` keys, its floats and its texts.
     pub(crate) geo_keys: [Vec<u8>; 3],
+    /// The axis that points up, where a record of our own says so.
+    pub(crate) up: Option<UpAxis>,
     /// Texts for people.
     pub(crate) texts: Vec<String>,
 }
@@ -107,6 +110,7 @@ impl Records {
                 | ("LASF_Spec", 3 | 4)
                 | ("LASF_Projection", 2112 | 34735..=34737)
                 | ("copc", 1)
+                | (up_record::USER, up_record::ID)
         );
         if !is_of_use {
             return Ok(());
@@ -120,6 +124,7 @@ impl Records {
         let body = file.bytes_at(at, len)?;
         match kind {
             (_, 22204) => self.laszip = Some(body),
+            (up_record::USER, _) => self.up = up_record::axis(&body),
             ("copc", _) => self.copc = Some(body),
             (_, 3) => {
                 let n_bytes = self.texts.iter().map(String::len).sum::<usize>() + body.len();

@@ -5,7 +5,7 @@ use surfelshop_api::{choices, params};
 choices! {
     /// The version of LAS that is written.
     pub enum Version {
-        /// 1.2 where that holds all that the cloud has, whatever comes; else 1.4.
+        /// 1.2 where that holds all that the cloud has as it is; else 1.4.
         Auto = "auto",
         /// 1.4: up to 15 returns, 256 classes, scan angles of 0.006 degrees, near infrared.
         Newer = "1.4",
@@ -18,7 +18,8 @@ params! {
     /// Settings of `las`, for files that are written.
     pub struct Settings {
         /// Version of LAS: 1.4, 1.2 for old programs, or the lowest that holds the cloud (auto): 1.2 where it comes
-        /// from LAS 1.0 to 1.3 or has no classes, returns, scan angles or systems in WKT, else 1.4.
+        /// from LAS 1.0 to 1.3, or has classes up to 31, up to 5 returns, scan angles of whole degrees and no system
+        /// in WKT; else 1.4, also for more than 128 MiB of points with these.
         version: Version { default: Version::Auto },
         /// Step of coordinates, in units of the cloud. 0: the step that the cloud has in its own file; where it
         /// has none, a power of ten about as fine as single precision over the cloud's extent (a ten millionth

@@ -127,7 +127,7 @@ impl Encoder {
             }
             (COLOR, 3 | 4, Element::U8 | Element::U16 | Element::F32) => {
                 if element != Element::U8 {
-                    lines.push(format!("colours of {} were rounded to 8 bits", element.name()));
+                    lines.push("`color` is rounded to 8 bits of sRGB".to_owned());
                 }
                 // PCL's custom; as text it would be no number where red is large.
                 let name = if components == 4 { "rgba" } else { "rgb" };

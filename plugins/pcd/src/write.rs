@@ -5,7 +5,7 @@ use crate::encode::Encoder;
 use crate::fields::PackedFields;
 use crate::header_text::{Facts, text};
 use crate::store::Store;
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, SCAN};
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::{Error, Job, Result};
 
@@ -44,6 +44,14 @@ pub(crate) fn write(
         (facts.width, facts.height) = (rows, 1);
     }
     lines.extend(header.without_system());
+    // Several scans come as one cloud, whose header has no scanner; PCD files have one at most.
+    let is_pcd = header.format.starts_with("PCD");
+    if !is_pcd && header.scanner.is_none() && header.column(SCAN).is_some() {
+        lines.push(
+            "poses and places of scanners, where they are known, are left out: PCD holds one"
+                .to_owned(),
+        );
+    }
     let fields = encoder.fields();
     match store {
         Store::Packed(packed) => {

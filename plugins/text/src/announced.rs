@@ -92,8 +92,7 @@ impl Reading<'_, '_> {
         let found = by_ranges(&sample, announced.line)?;
         let layout = found.layout(|column| self.clouds.wants(column));
         let columns = layout.columns.iter().map(|column| column.file.clone()).collect();
-        let comments = vec![found.note.clone()];
-        let header = CloudHeader { rows: plausible, columns, comments, ..header };
+        let header = CloudHeader { rows: plausible, columns, ..header };
         let (header, options) = complete(Some(&found), header);
         let is_wanted = self.clouds.begin(&header)?;
         let has_marks = announced.lines.is_some() || options.has_marks;

@@ -12,6 +12,7 @@
 //! ```
 
 use crate::announced::{Announced, MOST_CLOUDS, Reading};
+use crate::layout::{Found, noted};
 use crate::output::{FixedFormat, write_fixed};
 use crate::rows::{Options, Unreadable};
 use crate::text::{LineReader, count, start_of};
@@ -62,7 +63,7 @@ impl surfelshop_api::Format for Pts {
                 None => Announced { lines: None, start: first.place, line: first.number },
             };
             let announced = announced.checked(file)?;
-            let taken = reading.cloud(&announced, |_, header| complete(header), |_| Ok(true))?;
+            let taken = reading.cloud(&announced, complete, |_| Ok(true))?;
             next = taken.next;
         }
         reading.finish()
@@ -79,6 +80,7 @@ impl surfelshop_api::Format for Pts {
     }
 }
 
-fn complete(header: CloudHeader) -> (CloudHeader, Options) {
-    (CloudHeader { format: "PTS text".to_owned(), ..header }, Options::default())
+fn complete(found: Option<&Found>, header: CloudHeader) -> (CloudHeader, Options) {
+    let note = found.map_or_else(String::new, |found| format!(", {}", noted(found)));
+    (CloudHeader { format: format!("PTS text{note}"), ..header }, Options::default())
 }

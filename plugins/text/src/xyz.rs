@@ -29,7 +29,7 @@
 //! ```
 
 use crate::layout::sample::Sample;
-use crate::layout::{self, Delimiter, Settings as Layouts, in_table};
+use crate::layout::{self, Delimiter, Settings as Layouts, in_table, noted};
 use crate::output::write_table;
 use crate::rows::{Body, Options, Unreadable};
 use crate::text::start_of;
@@ -70,6 +70,9 @@ params! {
     }
 }
 
+/// What the format of a table begins with, for people.
+pub(crate) const TABLE: &str = "text";
+
 /// The format.
 pub(crate) struct Xyz;
 
@@ -105,12 +108,12 @@ impl surfelshop_api::Format for Xyz {
         sample.spread(file, file.length())?;
         let found = in_table(&sample, &settings)?;
         let layout = found.layout(|column| clouds.wants(column));
-        let format = format!("text, separated by {}", found.cut.delimiter.words());
+        let format = format!("{TABLE}, {}", noted(&found));
         let header = CloudHeader {
             format,
             columns: layout.columns.iter().map(|column| column.file.clone()).collect(),
             up: UpAxis::Z,
-            comments: std::iter::once(found.note.clone()).chain(found.comments.clone()).collect(),
+            comments: found.comments.clone(),
             ..CloudHeader::default()
         };
         found.left_out.iter().for_each(|line| clouds.warn(line));
@@ -165,16 +168,23 @@ fn columns(text: &str) -> Result<Vec<(String, Option<Element>)>> {
         .split(',')
         .map(|part| {
             let part = part.trim();
-            let typed = part.rsplit_once(':').and_then(|(name, element)| {
-                Some((name.trim().to_owned(), layout::named(element.trim())?))
-            });
-            typed.map_or_else(|| (part.to_owned(), None), |(name, element)| (name, Some(element)))
+            let Some((name, element)) = part.rsplit_once(':') else {
+                return Ok((part.to_owned(), None));
+            };
+            let element = layout::named(element.trim()).ok_or_else(|| {
+                Error::new(format!(
+                    "--text-columns: expected one of {} behind `{name}:`, found `{}`; without a type it is told by the numbers",
+                    layout::type_names(),
+                    element.trim()
+                ))
+            })?;
+            Ok((name.trim().to_owned(), Some(element)))
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     if !layout::have_position(&names) {
         return Err(Error::new(format!(
-            "expected x, y and z among the names in `columns`, found `{text}`"
+            "--text-columns: expected x, y and z, found `{text}`; name all three, and others with `-` where they are not read"
         )));
     }
     let targets = layout::targets(&names);
@@ -183,7 +193,7 @@ fn columns(text: &str) -> Result<Vec<(String, Option<Element>)>> {
         let is_float = element.is_none_or(|e| matches!(e, Element::F32 | Element::F64));
         if is_position && !is_float {
             return Err(Error::new(format!(
-                "expected `{name}:f32` or `{name}:f64` in `columns`, found `{text}`"
+                "--text-columns: expected `{name}:f32` or `{name}:f64`, found `{text}`; positions are floats"
             )));
         }
     }

@@ -159,7 +159,12 @@ impl TransferSink {
         let announced = self.header.take().and_then(|header| header.rows);
         let n = std::mem::take(&mut self.n);
         if let Some(announced) = announced.filter(|&announced| announced > n) {
-            self.warn(&format!("{announced} points are announced, {n} were read"));
+            let said = format!("{n} of {announced} points were read");
+            // The format may have said so, and why.
+            let is_said = self.shared.warnings_mut().iter().any(|line| line.contains(&said));
+            if !is_said {
+                self.warn(&format!("{announced} points are announced, {n} were read"));
+            }
         }
     }
 

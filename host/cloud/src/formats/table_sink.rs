@@ -204,7 +204,11 @@ impl TableSink {
                 && (part.n_rows as u64) < rows
             {
                 let found = part.n_rows;
-                warnings.push(format!("{rows} points are announced, {found} were read"));
+                let said = format!("{found} of {rows} points were read");
+                // The format may have said so, and why.
+                if !warnings.iter().any(|line| line.contains(&said)) {
+                    warnings.push(format!("{rows} points are announced, {found} were read"));
+                }
             }
         }
         let comments = self.parts.iter().flat_map(|part| part.header.comments.iter().cloned());

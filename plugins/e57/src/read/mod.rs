@@ -16,7 +16,7 @@ use crate::read::batch::{Batch, Tally};
 use crate::read::header::FileFacts;
 use crate::read::layout::Layout;
 use crate::read::packets::Packets;
-use crate::read::pages::{Pages, place};
+use crate::read::pages::{PAGE, Pages, place};
 use crate::read::streams::Streams;
 use crate::refused;
 use e57::{E57Reader, Header, PointCloud};
@@ -78,8 +78,40 @@ pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>)
     Ok(())
 }
 
+/// Bytes of a file's header.
+const HEADER: usize = 48;
+
+/// Whether a file begins with a header that can be read: the crate does not say what it found instead.
+fn check_header(file: &FileSource) -> Result<()> {
+    let mut header = [0; HEADER];
+    let found = file.read_at(0, &mut header)?;
+    let begins = header.starts_with(b"ASTM-E57");
+    if found < HEADER {
+        let what = if begins { "the file is cut short" } else { "no E57 file, or cut short" };
+        return Err(Error::new(format!(
+            "expected an E57 header of {HEADER} bytes, found {found}: {what}"
+        )));
+    }
+    if !begins {
+        return Err(Error::new(
+            "expected a file that begins with ASTM-E57, found another beginning",
+        ));
+    }
+    let word = |at: usize| header[at..].first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+    if (word(8), word(12)) != (1, 0) {
+        let (major, minor) = (word(8), word(12));
+        return Err(Error::new(format!("expected E57 1.0, found {major}.{minor}")));
+    }
+    let page = header[40..].first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
+    if page != PAGE {
+        return Err(Error::new(format!("expected pages of {PAGE} bytes, found {page}")));
+    }
+    Ok(())
+}
+
 /// Whether the description of a file is there and undamaged, before memory is taken for what it is said to be.
 fn check_description(file: &FileSource) -> Result<()> {
+    check_header(file)?;
     let header = Header::read(&mut file.stream()).map_err(|error| refused(&error))?;
     let (offset, len) = (header.phys_xml_offset, header.xml_length);
     let end = offset.saturating_add(len);

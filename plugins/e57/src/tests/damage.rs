@@ -153,3 +153,32 @@ fn points_that_no_byte_stands_for_are_few() {
     let line = read(many).unwrap_err().to_string();
     assert!(line.contains("9999999999 times the same"), "{line}");
 }
+
+/// Invariant: of a header that cannot be read the line says what was found
+/// Cost: milliseconds
+#[test]
+fn headers_that_are_none_are_refused_with_what_was_found() {
+    let line = |bytes: &[u8]| read(bytes.to_vec()).unwrap_err().to_string();
+    let header = small()[..48].to_vec();
+    let with = |at: usize, value: u8| {
+        let mut changed = header.clone();
+        changed[at] = value;
+        line(&changed)
+    };
+    for (found, expected) in [
+        (
+            line(b"not an E57, but text"),
+            "expected an E57 header of 48 bytes, found 20: no E57 file, or cut short",
+        ),
+        (
+            line(&header[..19]),
+            "expected an E57 header of 48 bytes, found 19: the file is cut short",
+        ),
+        (line(b""), "expected an E57 header of 48 bytes, found 0: no E57 file, or cut short"),
+        (with(0, b'B'), "expected a file that begins with ASTM-E57, found another beginning"),
+        (with(12, 7), "expected E57 1.0, found 1.7"),
+        (with(41, 8), "expected pages of 1024 bytes, found 2048"),
+    ] {
+        assert_eq!(found, expected);
+    }
+}

@@ -13,7 +13,7 @@ use surfelshop_api::Format as _;
 use surfelshop_api::columns::Values;
 use surfelshop_api::format::{
     CloudHeader, CloudSink, CloudSinkHost, CloudSource, CloudSourceHost, Collected, FileColumn,
-    FileHost, FileSink, FileSource,
+    FileHost, FileSink, FileSource, UpAxis,
 };
 use surfelshop_api::job::JobHost;
 use surfelshop_api::prelude::*;
@@ -64,11 +64,18 @@ impl FileHost for WrittenFile {
 }
 
 /// A cloud that a test writes: its columns are those of its header.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 struct TestCloud {
     header: CloudHeader,
     columns: Vec<Buffer>,
     faces: Vec<[u32; 3]>,
+}
+
+impl Default for TestCloud {
+    fn default() -> Self {
+        let header = CloudHeader { up: UpAxis::Z, ..CloudHeader::default() };
+        Self { header, columns: Vec::new(), faces: Vec::new() }
+    }
 }
 
 impl TestCloud {

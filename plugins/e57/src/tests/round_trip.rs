@@ -2,7 +2,7 @@
 
 use super::*;
 use surfelshop_api::columns::Element;
-use surfelshop_api::format::{Pose, UpAxis};
+use surfelshop_api::format::Pose;
 use surfelshop_api::glam::{DQuat, DVec3};
 
 fn places(n: usize, seed: u64) -> Buffer {
@@ -90,6 +90,7 @@ fn two_scans_come_back_with_all_their_columns() {
         for place in widened(&cloud.columns[0]).chunks(3).map(DVec3::from_slice) {
             bounds = [bounds[0].min(place), bounds[1].max(place)];
         }
+        // In the scan's own axes, as the standard has it, however its pose turns it.
         assert_eq!(header.bounds, Some(bounds));
         for comment in ["sensor vendor: Maker", "description: a note"] {
             assert!(header.comments.iter().any(|found| found == comment), "{:?}", header.comments);
@@ -237,4 +238,29 @@ fn a_cloud_that_is_no_scan_stays_without_a_scanner() {
     // Each in a file of its own: a pose says something of the other scans, too.
     let scanner = |cloud: TestCloud| read(written(&[cloud]).0).unwrap().clouds[0].header.scanner;
     assert_eq!((scanner(merged), scanner(seen)), (None, Some(DVec3::ZERO)));
+}
+
+/// Invariant: E57 has no place for the axis that points up, which a line says with what to do
+/// Cost: milliseconds
+#[test]
+fn the_axis_that_points_up_is_said_where_it_is_not_z() {
+    for (up, said) in [
+        (UpAxis::Z, None),
+        (
+            UpAxis::Y,
+            Some(
+                "y points up in this cloud, and E57 is read with z up: render the file with `--up y`",
+            ),
+        ),
+        (
+            UpAxis::Unknown,
+            Some(
+                "this cloud does not say which axis points up, and E57 is read with z up: render the file with `--up y`, if it is y",
+            ),
+        ),
+    ] {
+        let mut cloud = TestCloud::default().with("position", 3, places(9, 5));
+        cloud.header.up = up;
+        assert_eq!(written(&[cloud]).1, said.into_iter().collect::<Vec<_>>());
+    }
 }

@@ -147,9 +147,14 @@ fn describe<T: Read + Write + Seek>(
     if header.grid.is_some() && header.column(ROW_INDEX).is_none() {
         lines.push("the grid of points is not written".to_owned());
     }
-    if matches!(header.up, UpAxis::X | UpAxis::Y) {
-        lines
-            .push("the axis that points up is not written: readers of E57 files take z".to_owned());
+    let (which, option) = match header.up {
+        UpAxis::X => ("x points up in this cloud", "`--up x`"),
+        UpAxis::Y => ("y points up in this cloud", "`--up y`"),
+        UpAxis::Unknown => ("this cloud does not say which axis points up", "`--up y`, if it is y"),
+        UpAxis::Z => ("", ""),
+    };
+    if !which.is_empty() {
+        lines.push(format!("{which}, and E57 is read with z up: render the file with {option}"));
     }
     if header.metres_per_unit > 0.0 && (header.metres_per_unit - 1.0).abs() > 1e-9 {
         let metres = header.metres_per_unit;

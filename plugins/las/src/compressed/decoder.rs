@@ -99,7 +99,7 @@ impl<R: Read> Decoder<'_, R> {
         let fault = match result {
             Ok(Ok(())) => None,
             Ok(Err(error)) if error.kind() == io::ErrorKind::UnexpectedEof => {
-                Some("its bytes end too early".to_owned())
+                Some("the file is damaged or cut short".to_owned())
             }
             Ok(Err(error)) => Some(error.to_string()),
             Err(_panic) => Some("its bytes are damaged".to_owned()),

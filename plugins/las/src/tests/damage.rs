@@ -159,8 +159,21 @@ fn chunks_around_a_damaged_one_are_read() {
         let (some, all) = (column(&found, "position"), column(&whole, "position"));
         assert!(some.len() >= 3 * 800 && some[..1200] == all[..1200]);
         assert_eq!(some[some.len() - 1200..], all[all.len() - 1200..]);
-        let missing =
-            found.warnings.iter().any(|line| line.contains("of 1000 points cannot be read"));
+        let missing = found.warnings.iter().any(|line| line.contains("of 1000 points were read"));
         assert_eq!(missing, some.len() < 3000, "{:?}", found.warnings);
     }
+}
+
+/// Invariant: a file that is none is shown as far as it can be read
+/// Cost: milliseconds
+#[test]
+fn the_beginning_of_another_file_is_shown() {
+    let line = |bytes: &[u8]| read(bytes.to_vec()).unwrap_err().to_string();
+    assert_eq!(
+        line(b"hello this is text, and more of it\n1 2 3\n"),
+        "expected a file that begins with LASF, found `hello this is text,`; if it is a table of points, read it with `--format xyz`"
+    );
+    assert_eq!(line(b""), "expected a file that begins with LASF, found an empty file");
+    assert_eq!(line(b"PK\x03\x04\0"), "expected a file that begins with LASF, found `PK`");
+    assert_eq!(line(b"\0\0"), "expected a file that begins with LASF, found another beginning");
 }

@@ -16,14 +16,14 @@ use std::sync::{Arc, Mutex};
 use surfelshop_api::columns::Values;
 use surfelshop_api::format::{
     CloudHeader, CloudSink, CloudSource, CloudSourceHost, Collected, FileColumn, FileHost,
-    FileSink, FileSource, Format as _,
+    FileSink, FileSource, Format as _, UpAxis,
 };
 use surfelshop_api::job::{CANCELLED, JobHost};
 use surfelshop_api::tool::EditHeader;
 use surfelshop_api::{CloudView, ColumnView, HostInfo, Job, Result};
 
 /// A job that nobody watches.
-struct Alone;
+pub(crate) struct Alone;
 
 /// A job that the user stops.
 struct Stopped;
@@ -123,7 +123,7 @@ impl FileHost for Written {
 }
 
 /// Values of a column of any type.
-enum Owned {
+pub(crate) enum Owned {
     U8(Vec<u8>),
     I16(Vec<i16>),
     U16(Vec<u16>),
@@ -149,7 +149,7 @@ impl Owned {
 
 /// A cloud that is written, in batches of a few points.
 #[derive(Default)]
-struct Cloud {
+pub(crate) struct Cloud {
     header: CloudHeader,
     columns: Vec<Owned>,
     batch: usize,
@@ -159,11 +159,16 @@ struct Cloud {
 
 impl Cloud {
     /// One of these positions.
-    fn at(positions: Vec<f64>) -> Self {
-        Self { batch: 7, n_clouds: 1, ..Self::default() }.with("position", 3, Owned::F64(positions))
+    pub(crate) fn at(positions: Vec<f64>) -> Self {
+        let header = CloudHeader { up: UpAxis::Z, ..CloudHeader::default() };
+        Self { header, batch: 7, n_clouds: 1, ..Self::default() }.with(
+            "position",
+            3,
+            Owned::F64(positions),
+        )
     }
 
-    fn with(mut self, name: &str, components: u32, values: Owned) -> Self {
+    pub(crate) fn with(mut self, name: &str, components: u32, values: Owned) -> Self {
         let element = values.values(0..0).element();
         self.header.columns.push(FileColumn::new(name, components, element));
         self.columns.push(values);

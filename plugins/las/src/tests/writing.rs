@@ -130,8 +130,11 @@ fn whole_numbers_of_any_type_go_into_their_field_and_later_ones_are_clamped() {
     assert_eq!(column(&found, "intensity")[19], 19.0);
     assert_eq!(column(&found, "scan_angle")[0], -10.0);
     assert_eq!(column(&found, "gps_time"), [2.5; 20]);
-    assert_eq!(lines.len(), 1, "{lines:?}");
-    assert!(lines[0].contains("`classification`: 3 values are no whole numbers from 0 to 31"));
+    let expected = [
+        "1 points have no `classification`: 0 is written",
+        "`classification`: 2 values are no whole numbers from 0 to 31 and are rounded or clamped",
+    ];
+    assert_eq!(lines, expected);
 }
 
 #[test]
@@ -207,7 +210,8 @@ fn positions_keep_their_steps_and_points_without_a_place_are_left_out() {
     cloud.header.step = Some(DVec3::splat(0.001));
     let (bytes, lines) = write(cloud, &coarse, "f.las").unwrap();
     assert_eq!(read(bytes).unwrap().clouds[0].header.step, Some(DVec3::splat(0.1)));
-    assert!(lines.iter().any(|line| line.contains("x is rounded to steps of 0.1")), "{lines:?}");
+    let line = "positions are rounded to whole steps of 0.1 (the cloud has steps of 0.001): by at most 0.029 along an axis";
+    assert_eq!(lines.iter().filter(|found| *found == line).count(), 1, "{lines:?}");
     // A cloud that does not say how far it reaches.
     let far = Cloud::at((0..10).flat_map(|i| [f64::from(i * i * i) * 1e4; 3]).collect());
     let fine = Settings { scale: 1e-6, ..Settings::default() };
@@ -252,7 +256,9 @@ fn columns_beyond_what_a_record_holds_are_left_out_and_named() {
 fn the_lowest_version_that_holds_a_cloud_is_chosen() {
     let plain = || Cloud::at(line(3)).with("intensity", 1, Owned::U16(vec![1, 2, 3]));
     let colored = || plain().with("color", 3, Owned::U16(vec![7; 9]));
-    let classes = || plain().with("classification", 1, Owned::U8(vec![2; 3]));
+    let classes = |most| plain().with("classification", 1, Owned::U8(vec![2, 2, most]));
+    let returns = |most| plain().with("n_returns", 1, Owned::U8(vec![1, 2, most]));
+    let angles = |last| plain().with("scan_angle", 1, Owned::F32(vec![3.0, -90.0, last]));
     let mut in_wkt = plain();
     in_wkt.header.coordinate_system = r#"PROJCS["x",UNIT["metre",1]]"#.to_owned();
     let mut many = plain();
@@ -262,8 +268,15 @@ fn the_lowest_version_that_holds_a_cloud_is_chosen() {
         (plain().with("gps_time", 1, Owned::F64(vec![0.5; 3])), "LAS 1.2, point format 1"),
         (colored(), "LAS 1.2, point format 2"),
         (colored().with("gps_time", 1, Owned::F64(vec![0.5; 3])), "LAS 1.2, point format 3"),
-        // Later ones may be above 31.
-        (classes(), "LAS 1.4, point format 6"),
+        (classes(31), "LAS 1.2, point format 0"),
+        (classes(32), "LAS 1.4, point format 6"),
+        (returns(5), "LAS 1.2, point format 0"),
+        (returns(6), "LAS 1.4, point format 6"),
+        (angles(-17.0), "LAS 1.2, point format 0"),
+        (angles(f32::NAN), "LAS 1.2, point format 0"),
+        (angles(-16.998), "LAS 1.4, point format 6"),
+        (angles(128.0), "LAS 1.4, point format 6"),
+        (plain().with("scanner_channel", 1, Owned::U8(vec![0; 3])), "LAS 1.4, point format 6"),
         (colored().with("nir", 1, Owned::U16(vec![7; 3])), "LAS 1.4, point format 8"),
         (in_wkt, "LAS 1.4, point format 6"),
         (many, "LAS 1.4, point format 6"),
@@ -286,4 +299,82 @@ fn times_of_a_scan_go_into_the_field_of_times() {
     let (bytes, lines) = write(both, &Settings::default(), "l.laz").unwrap();
     let found = read(bytes).unwrap();
     assert!(has(&found, "time_stamp") && has(&found, "gps_time") && lines.is_empty(), "{lines:?}");
+}
+
+/// Invariant: whole degrees stay whole, wherever they come from, and what is missing is said to be
+/// Cost: milliseconds
+#[test]
+fn scan_angles_of_whole_degrees_stay_what_they_are() {
+    let n = 70;
+    let angles: Vec<f32> = (0..n).map(|i| i as f32 - 35.0).collect();
+    for name in ["m.las", "m.laz"] {
+        let cloud = Cloud::at(line(n)).with("scan_angle", 1, Owned::F32(angles.clone()));
+        let (bytes, lines) = write(cloud, &Settings::default(), name).unwrap();
+        let found = read(bytes).unwrap();
+        let expected: Vec<f64> = angles.iter().copied().map(f64::from).collect();
+        assert_eq!(column(&found, "scan_angle"), expected);
+        assert!(lines.is_empty(), "{lines:?}");
+    }
+    let mut some = angles;
+    (some[3], some[50]) = (f32::NAN, f32::NAN);
+    let cloud = Cloud::at(line(n)).with("scan_angle", 1, Owned::F32(some));
+    let (_, lines) = write(cloud, &Settings::default(), "m.las").unwrap();
+    assert_eq!(lines, ["2 points have no `scan_angle`: 0 is written"]);
+}
+
+/// Invariant: where positions are moved, a line says by how much
+/// Cost: milliseconds
+#[test]
+fn positions_between_steps_are_said_to_be_rounded() {
+    let third = |n: u32| (0..3 * n).map(|i| f64::from(i) / 3.0).collect();
+    let (bytes, lines) = write(Cloud::at(third(30)), &Settings::default(), "n.las").unwrap();
+    let found = read(bytes).unwrap();
+    let shift =
+        column(&found, "position").iter().zip(0..).map(|(x, i)| (x - f64::from(i) / 3.0).abs());
+    let shift = shift.fold(0.0, f64::max);
+    let step = found.clouds[0].header.step.unwrap().x;
+    assert!(shift > step / 4.0 && shift <= step / 2.0 * 1.001, "{shift} {step}");
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    let rest = lines[0]
+        .strip_prefix(&format!("positions are rounded to whole steps of {step}: by at most "));
+    let said: f64 =
+        rest.unwrap_or_else(|| panic!("{lines:?}")).split(' ').next().unwrap().parse().unwrap();
+    assert!((said / shift - 1.0).abs() < 0.06, "{said} {shift}");
+    let (_, lines) = write(Cloud::at(line(30)), &Settings::default(), "n.las").unwrap();
+    assert!(lines.is_empty(), "{lines:?}");
+}
+
+/// Invariant: a cloud whose z does not point up comes back with the axis that does
+/// Cost: milliseconds
+#[test]
+fn the_axis_that_points_up_comes_back() {
+    for (up, n_lines) in [(UpAxis::Z, 0), (UpAxis::X, 1), (UpAxis::Y, 1), (UpAxis::Unknown, 1)] {
+        for name in ["o.las", "o.laz"] {
+            let mut cloud = Cloud::at(line(9));
+            cloud.header.up = up;
+            let (bytes, lines) = write(cloud, &Settings::default(), name).unwrap();
+            let found = read(bytes).unwrap();
+            assert_eq!(found.clouds[0].header.up, up);
+            assert!(found.warnings.is_empty(), "{:?}", found.warnings);
+            let said = lines.iter().filter(|line| line.contains("programs read LAS with z up"));
+            assert_eq!((lines.len(), said.count()), (n_lines, n_lines), "{lines:?}");
+        }
+    }
+}
+
+/// Invariant: what stood where is not lost without a line
+/// Cost: milliseconds
+#[test]
+fn places_of_scanners_are_said_to_be_left_out() {
+    let mut cloud = Cloud::at(line(9));
+    cloud.header.scanner = Some(DVec3::ONE);
+    let (_, lines) = write(cloud, &Settings::default(), "p.las").unwrap();
+    assert_eq!(lines, ["the place of the scanner is left out"]);
+    for (format, n_lines) in [("PTX text", 1), ("", 1), ("LAS 1.4, point format 6", 0)] {
+        let mut scans = Cloud::at(line(9)).with("scan", 1, Owned::U16(vec![0; 9]));
+        scans.header.format = format.to_owned();
+        let (_, lines) = write(scans, &Settings::default(), "p.las").unwrap();
+        assert_eq!(lines.len(), n_lines, "{lines:?}");
+        assert!(lines.iter().all(|line| line.contains("places of scanners")), "{lines:?}");
+    }
 }

@@ -28,6 +28,8 @@ pub(super) struct Counts {
     pub(super) rounding: DVec3,
     /// Of each field, values that were changed.
     pub(super) misfits: Vec<u64>,
+    /// Of each field, values that are no number, which are among these.
+    pub(super) n_nan: Vec<u64>,
 }
 
 /// Fills records.
@@ -39,8 +41,9 @@ pub(super) struct Encoder<'a> {
 
 impl<'a> Encoder<'a> {
     pub(super) fn new(plan: &'a Plan, steps: Steps) -> Self {
-        let misfits = vec![0; plan.fields.len()];
-        Self { plan, steps, counts: Counts { misfits, ..Counts::default() } }
+        let zeros = || vec![0; plan.fields.len()];
+        let counts = Counts { misfits: zeros(), n_nan: zeros(), ..Counts::default() };
+        Self { plan, steps, counts }
     }
 
     /// Adds the records of a batch to `records`.
@@ -64,7 +67,13 @@ impl<'a> Encoder<'a> {
                 if field.put == Put::Position {
                     self.positions(values, values_of, batch.origin, records)?;
                 } else {
-                    self.counts.misfits[i] += fill(field, values, values_of, records, len);
+                    let n_misfits = fill(field, values, values_of.clone(), records, len);
+                    if n_misfits > 0 {
+                        self.counts.misfits[i] += n_misfits;
+                        if field.components == 1 {
+                            self.counts.n_nan[i] += count_nan(values, values_of);
+                        }
+                    }
                 }
             }
         }
@@ -200,6 +209,13 @@ fn fill(
             0
         }
         Put::Color { at } => colors(values, range, n, records, len, at),
+    })
+}
+
+/// Values that are no number.
+fn count_nan(values: &Values<'_>, range: Range<usize>) -> u64 {
+    each_type!(values, slice => {
+        slice[range].iter().filter(|value| value.number().is_nan()).count() as u64
     })
 }
 

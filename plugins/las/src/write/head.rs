@@ -7,10 +7,11 @@ use crate::extra::shortened;
 use crate::header::{LONG, SHORT, months};
 use crate::layout::STANDARD_TIME;
 use crate::projection::{is_wkt, keys_of};
+use crate::up_record;
 use laz::LazVlr;
 use std::time::{SystemTime, UNIX_EPOCH};
 use surfelshop_api::Result;
-use surfelshop_api::format::{CloudHeader, GPS_TIME, UpAxis};
+use surfelshop_api::format::{CloudHeader, GPS_TIME, SCAN, UpAxis};
 use surfelshop_api::glam::DVec3;
 
 /// What wrote the file.
@@ -53,6 +54,9 @@ impl Head {
         }
         let is_keyed = head.add_projection(cloud, lines);
         head.add_comments(cloud, lines);
+        if cloud.up != UpAxis::Z {
+            head.add(up_record::USER, up_record::ID, up_record::body(cloud.up));
+        }
         let mut encoding = u16::from(plan.minor >= 4 && !is_keyed) << 4;
         let time = cloud.column(GPS_TIME);
         if time.is_some_and(|(_, column)| column.description == STANDARD_TIME) {
@@ -157,14 +161,15 @@ impl Head {
 
 /// Says what of a cloud's header LAS has no place for.
 fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
-    let axis = match cloud.up {
-        UpAxis::X => Some("x"),
-        UpAxis::Y => Some("y"),
-        UpAxis::Z | UpAxis::Unknown => None,
+    let which = match cloud.up {
+        UpAxis::X => Some("x points up in this cloud"),
+        UpAxis::Y => Some("y points up in this cloud"),
+        UpAxis::Unknown => Some("this cloud does not say which axis points up"),
+        UpAxis::Z => None,
     };
-    if let Some(axis) = axis {
+    if let Some(which) = which {
         lines.push(format!(
-            "LAS files have z upwards; the coordinates are those of the cloud, whose {axis} points up"
+            "{which}, and programs read LAS with z up; a record for Surfelshop notes it"
         ));
     }
     if cloud.has_faces {
@@ -175,6 +180,14 @@ fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
     }
     if cloud.scanner.is_some() {
         lines.push("the place of the scanner is left out".to_owned());
+    }
+    // Several scans come as one cloud, whose header has no scanner.
+    let is_las = ["LAS ", "LAZ ", "COPC "].iter().any(|own| cloud.format.starts_with(own));
+    if !is_las && cloud.scanner.is_none() && cloud.column(SCAN).is_some() {
+        lines.push(
+            "poses and places of scanners, where they are known, are left out: LAS holds none"
+                .to_owned(),
+        );
     }
 }
 

@@ -123,23 +123,54 @@ impl Plan {
     }
 }
 
-/// Whether LAS 1.2 holds a cloud with such a header, whatever its points are.
-pub(super) fn fits_older(header: &CloudHeader) -> bool {
-    let is_narrower = |column: &FileColumn| {
-        matches!(
-            column.name.as_str(),
-            CLASSIFICATION
-                | RETURN_NUMBER
-                | N_RETURNS
-                | CLASS_FLAGS
-                | SCAN_FLAGS
-                | SCANNER_CHANNEL
-                | SCAN_ANGLE
-                | NIR
-        )
-    };
+/// A column that LAS 1.2 has a narrower field for than LAS 1.4.
+pub(super) struct Narrow {
+    column: usize,
+    is_fitting: fn(f64) -> bool,
+}
+
+impl Narrow {
+    /// Whether the field holds all values of a batch as they are.
+    pub(super) fn holds(&self, batch: &CloudView<'_>) -> bool {
+        let column = batch.columns.get(self.column);
+        column.is_some_and(|column| values::all(&column.values, self.is_fitting))
+    }
+}
+
+/// The columns on whose values it depends whether LAS 1.2 holds a cloud with such a header; `None` where it does not,
+/// whatever they are.
+pub(super) fn narrow(header: &CloudHeader) -> Option<Vec<Narrow>> {
     let is_few = header.rows.is_none_or(|rows| u32::try_from(rows).is_ok());
-    is_few && !is_wkt(&header.coordinate_system) && !header.columns.iter().any(is_narrower)
+    if !is_few || is_wkt(&header.coordinate_system) {
+        return None;
+    }
+    let mut narrow = Vec::new();
+    for (column, FileColumn { name, components, .. }) in header.columns.iter().enumerate() {
+        let is_fitting: fn(f64) -> bool = match name.as_str() {
+            SCANNER_CHANNEL | NIR => return None,
+            CLASSIFICATION => |value| is_whole_to(value, 31),
+            // The header counts the points of five returns.
+            RETURN_NUMBER | N_RETURNS => |value| is_whole_to(value, 5),
+            CLASS_FLAGS => |value| is_whole_to(value, 7),
+            SCAN_ANGLE => is_whole_degree,
+            _ => continue,
+        };
+        if *components != 1 {
+            return None;
+        }
+        narrow.push(Narrow { column, is_fitting });
+    }
+    Some(narrow)
+}
+
+/// Whether a value is a whole number from 0 to `most`.
+fn is_whole_to(value: f64, most: u16) -> bool {
+    value >= 0.0 && value <= f64::from(most) && value.fract() == 0.0
+}
+
+/// Whether a field of whole degrees holds a value; what is no number is 0 in both versions.
+fn is_whole_degree(value: f64) -> bool {
+    value.is_nan() || value.abs() <= f64::from(i8::MAX) && value.fract() == 0.0
 }
 
 /// The fields that the standard names.
@@ -223,14 +254,13 @@ impl<'a> Standard<'a> {
             Element::U16 => most == u16::MAX,
             _ => false,
         };
-        let fits = |value: f64| value >= 0.0 && value <= f64::from(most) && value.fract() == 0.0;
+        let fits = |value| is_whole_to(value, most);
         let by_values = || self.values(i).is_some_and(|found| values::all(found, fits));
         column.components == 1 && (by_type || by_values())
     }
 
     fn has_whole_degrees(&self, i: usize, column: &FileColumn) -> bool {
-        let fits = |value: f64| value.abs() <= f64::from(i8::MAX) && value.fract() == 0.0;
-        let by_values = || self.values(i).is_some_and(|found| values::all(found, fits));
+        let by_values = || self.values(i).is_some_and(|found| values::all(found, is_whole_degree));
         column.components == 1 && (column.element == Element::I8 || by_values())
     }
 }

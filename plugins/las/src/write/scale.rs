@@ -19,17 +19,11 @@ pub(super) struct Steps {
 }
 
 impl Steps {
-    /// Those for a cloud with such a header whose first positions are these. `chosen` is the user's scale, or 0;
-    /// adds to `lines` where positions become coarser than the cloud says they are.
+    /// Those for a cloud with such a header whose first positions are these. `chosen` is the user's scale, or 0.
     ///
     /// # Errors
     /// Where the user's scale is too fine for the cloud.
-    pub(super) fn choose(
-        header: &CloudHeader,
-        first: &[f64],
-        chosen: f64,
-        lines: &mut Vec<String>,
-    ) -> Result<Self> {
+    pub(super) fn choose(header: &CloudHeader, first: &[f64], chosen: f64) -> Result<Self> {
         let [low, high] = header.bounds.filter(are_in_order).unwrap_or_else(|| bounds(first));
         let extent = high - low;
         let step = header.step.filter(|step| step.is_finite() && step.cmpgt(DVec3::ZERO).all());
@@ -49,13 +43,6 @@ impl Steps {
                     )));
                 }
                 one = power_above(least);
-            }
-            if promised.is_some_and(|promised| one > promised * (1.0 + 1e-9)) {
-                lines.push(format!(
-                    "{} is rounded to steps of {one}; the cloud has steps of {}",
-                    ["x", "y", "z"][axis],
-                    promised.unwrap_or_default()
-                ));
             }
             scale[axis] = one;
             offset[axis] = base(low[axis], high[axis], one);
@@ -127,9 +114,8 @@ mod tests {
 
     #[test]
     fn steps_are_those_of_the_cloud_or_suit_its_extent() {
-        let mut lines = Vec::new();
-        let mut scale = |low, high, step, chosen| {
-            Steps::choose(&cloud(low, high, step), &[], chosen, &mut lines).unwrap().scale.x
+        let scale = |low, high, step, chosen| {
+            Steps::choose(&cloud(low, high, step), &[], chosen).unwrap().scale.x
         };
         assert!((scale(0.0, 0.15, None, 0.0) / 1e-8 - 1.0).abs() < 1e-9);
         assert!((scale(0.0, 500.0, None, 0.0) / 1e-5 - 1.0).abs() < 1e-9);
@@ -137,26 +123,23 @@ mod tests {
         assert_eq!(scale(0.0, 500.0, Some(0.00025), 0.0), 0.00025);
         assert_eq!(scale(0.0, 500.0, Some(0.00025), 0.5), 0.5);
         assert_eq!(scale(0.0, 5e9, Some(0.001), 0.0), 10.0);
-        assert_eq!(lines.len(), 6, "{lines:?}");
-        assert!(lines[0].contains("x is rounded to steps of 0.5"));
-        let line = Steps::choose(&cloud(0.0, 1e9, None), &[], 0.001, &mut lines).unwrap_err();
+        let line = Steps::choose(&cloud(0.0, 1e9, None), &[], 0.001).unwrap_err();
         assert!(line.to_string().contains("at least 1"), "{line}");
     }
 
     #[test]
     fn offsets_are_round_and_keep_the_steps_of_the_file() {
-        let mut lines = Vec::new();
         let header = cloud(6_010_935.0, 6_010_946.0, Some(1e-4));
         let first = [6_010_935.000_05; 3];
-        let steps = Steps::choose(&header, &first, 0.0, &mut lines).unwrap();
+        let steps = Steps::choose(&header, &first, 0.0).unwrap();
         let whole = (first[0] - steps.offset.x) / steps.scale.x;
         assert!((whole - whole.round()).abs() < 1e-3, "{whole}");
         assert!(whole.abs() < REACH);
-        let plain = Steps::choose(&header, &[6_010_935.0; 3], 0.0, &mut lines).unwrap();
+        let plain = Steps::choose(&header, &[6_010_935.0; 3], 0.0).unwrap();
         assert_eq!(plain.offset.x, 6_010_900.0);
-        let near = Steps::choose(&cloud(-5.0, 5.0, Some(0.01)), &[1.0; 3], 0.0, &mut lines);
+        let near = Steps::choose(&cloud(-5.0, 5.0, Some(0.01)), &[1.0; 3], 0.0);
         assert_eq!(near.unwrap().offset, DVec3::ZERO);
-        let none = Steps::choose(&CloudHeader::default(), &[f64::NAN; 3], 0.0, &mut lines);
-        assert!(none.unwrap().scale.x > 0.0 && lines.is_empty());
+        let none = Steps::choose(&CloudHeader::default(), &[f64::NAN; 3], 0.0);
+        assert!(none.unwrap().scale.x > 0.0);
     }
 }

@@ -131,7 +131,7 @@ fn colors_are_packed_and_unpacked() {
         );
         let (bytes, lines) = write(cloud, encoding).unwrap();
         assert_eq!(values(&read(&bytes).unwrap(), "color"), [0.0, 0.0, 1.0, 255.0, 128.0, 1.0]);
-        assert!(lines[0].contains("u16") && lines.len() == 1, "{lines:?}");
+        assert_eq!(lines, ["`color` is rounded to 8 bits of sRGB"]);
         let linear = vec![0.0, srgb_to_linear(100.0 / 255.0), 7.0, f32::NAN, -1.0, 1.0];
         let cloud = TestCloud::default().column("position", 3, positions(2)).column(
             "color",
@@ -182,4 +182,19 @@ fn headers_are_as_pcl_writes_them() {
     let text = String::from_utf8(bytes).unwrap();
     let (title, rest) = text.split_once('\n').unwrap();
     assert_eq!(format!("{}\n{rest}", title.trim_end()), expected);
+}
+
+/// Invariant: where several scans stood is not lost without a line
+/// Cost: milliseconds
+#[test]
+fn places_of_several_scanners_are_said_to_be_left_out() {
+    for (format, n_lines) in [("PTX text", 1), ("", 1), ("PCD 0.7, ascii", 0)] {
+        let mut scans = TestCloud::default()
+            .column("position", 3, Owned::F64(vec![0.5; 6]))
+            .column("scan", 1, Owned::U16(vec![0, 1]));
+        scans.header.format = format.to_owned();
+        let (_, lines) = write(scans, Encoding::Binary).unwrap();
+        assert_eq!(lines.len(), n_lines, "{lines:?}");
+        assert!(lines.iter().all(|line| line.contains("places of scanners")), "{lines:?}");
+    }
 }

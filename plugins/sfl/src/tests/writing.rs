@@ -154,13 +154,12 @@ fn what_a_file_cannot_hold_is_said() {
     cloud.header.coordinate_system = "EPSG:32632".to_owned();
     let (bytes, lines) = write(&[cloud]);
     let expected = [
-        "column `ao` is left out: surfels of SFL have no property for it",
-        "column `intensity` is left out: surfels of SFL have no property for it",
+        "columns `ao`, `intensity` are left out: surfels of SFL have no such property",
         "column `tangent_u` is left out: surfels of SFL have two tangents of three numbers",
-        "column `texture` is left out: surfels of SFL hold it with other types or numbers of components",
-        "column `color` is rounded to 8 bits of sRGB",
-        "column `shininess` is rounded to whole numbers from 0 to 255",
-        "column `weight` is rounded to 32-bit floats",
+        "column `texture` is left out: surfels of SFL hold other types or numbers of components there",
+        "`color` is rounded to 8 bits of sRGB",
+        "`shininess` is rounded to whole numbers from 0 to 255",
+        "`weight` is rounded to 32-bit floats",
         "coordinate reference systems are left out: SFL holds none",
         "triangles are left out: SFL holds none",
     ];
@@ -175,7 +174,7 @@ fn linear_colours_are_encoded() {
     let linear = Buffer::F32(vec![0.0, 1.0, 0.214_041_14, -1.0, 7.0, f32::NAN]);
     let (found, lines) = round_trip(&[TestCloud::new(&[[0.0; 3]; 2]).with(COLOR, 3, linear)]);
     assert_eq!(column(&found[0], COLOR), [0.0, 255.0, 128.0, 0.0, 255.0, 0.0]);
-    assert_eq!(lines, ["column `color` is rounded to 8 bits of sRGB"]);
+    assert_eq!(lines, ["`color` is rounded to 8 bits of sRGB"]);
 }
 
 #[test]

@@ -105,9 +105,9 @@ pub(super) fn fields(
             if is_property && TANGENTS.iter().any(|(known, ..)| *known == name) {
                 "surfels of SFL have two tangents of three numbers"
             } else if is_property {
-                "surfels of SFL hold it with other types or numbers of components"
+                "surfels of SFL hold other types or numbers of components there"
             } else {
-                "surfels of SFL have no property for it"
+                "surfels of SFL have no such property"
             },
         );
     }

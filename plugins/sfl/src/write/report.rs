@@ -69,13 +69,17 @@ impl Report {
 
     /// All of it.
     pub(super) fn lines(self) -> Vec<String> {
-        let mut lines: Vec<String> = self
-            .left_out
-            .iter()
-            .map(|(column, why)| format!("column `{column}` is left out: {why}"))
-            .collect();
+        let mut by_reason: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        for (column, why) in &self.left_out {
+            by_reason.entry(why).or_default().push(format!("`{column}`"));
+        }
+        let left_out = |(why, columns): (&str, Vec<String>)| match columns.as_slice() {
+            [one] => format!("column {one} is left out: {why}"),
+            several => format!("columns {} are left out: {why}", several.join(", ")),
+        };
+        let mut lines: Vec<String> = by_reason.into_iter().map(left_out).collect();
         let rounded = self.rounded.iter();
-        lines.extend(rounded.map(|(column, to)| format!("column `{column}` is rounded to {to}")));
+        lines.extend(rounded.map(|(column, to)| format!("`{column}` is rounded to {to}")));
         for (set, origin) in self.origins.iter().take(MAX_ORIGINS) {
             let DVec3 { x, y, z } = origin;
             lines.push(format!(

@@ -58,6 +58,15 @@ impl Found {
     }
 }
 
+/// What is said of a file's columns, cut where there are very many.
+pub(crate) fn noted(found: &Found) -> String {
+    const SHOWN: usize = 240;
+    match found.note.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &found.note[..end]),
+        None => found.note.clone(),
+    }
+}
+
 /// Of a body of lines that has no names: columns by the ranges of their values. The sample's first line is number
 /// `line`.
 ///
@@ -195,7 +204,7 @@ fn named(
         let n_set = settings.columns.len();
         if n_set > n {
             return Err(Error::new(format!(
-                "expected at most {n} names in `columns`, one for each column, found {n_set}"
+                "--text-columns: expected at most {n} names, one for each column of the file, found {n_set}; leave some out"
             )));
         }
         let mut names: Vec<&str> = settings.columns.iter().map(|(name, _)| name.as_str()).collect();
@@ -265,7 +274,7 @@ fn check_position(found: &Found, header: &[&Numbered<'_>]) -> Result<()> {
     let names = names_of(&found.cut, header);
     let names = names.map_or_else(|| found.names(), |names| names.join(","));
     Err(Error::new(format!(
-        "expected columns of numbers named x, y and z, found {}; name them with the parameter `columns`",
+        "expected columns of numbers named x, y and z, found {}; name them with --text-columns",
         quoted(names.as_bytes())
     )))
 }

@@ -10,9 +10,9 @@ pub(crate) mod sample;
 mod types;
 
 pub(crate) use delimiter::Delimiter;
-pub(crate) use found::{Found, Settings, by_ranges, in_table};
+pub(crate) use found::{Found, Settings, by_ranges, in_table, noted};
 pub(crate) use names::{Target, have_position, shown, targets};
-pub(crate) use types::{is_whole, named};
+pub(crate) use types::{is_whole, named, type_names};
 
 use facts::Numbers;
 use guess::Cut;

@@ -79,6 +79,12 @@ pub(crate) fn limits(element: Element) -> Option<[f64; 2]> {
     }
 }
 
+/// The names of all types, for people.
+pub(crate) fn type_names() -> String {
+    let names = (0..8).filter_map(Element::from_code).map(Element::name);
+    names.collect::<Vec<_>>().join(", ")
+}
+
 /// The type of a name such as `u16`.
 pub(crate) fn named(name: &str) -> Option<Element> {
     (0..8).filter_map(Element::from_code).find(|element| element.name() == name)

@@ -3,8 +3,9 @@
 use super::lines::{Output, Word};
 use super::words::Form;
 use crate::layout::{Delimiter, Target, is_whole, shown};
+use crate::xyz::TABLE;
 use surfelshop_api::columns::{COLOR, Element, POSITION};
-use surfelshop_api::format::{CloudSource, FileColumn, FileSink};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileColumn, FileSink, SCAN};
 use surfelshop_api::job::Job;
 use surfelshop_api::{CloudView, Error, Result};
 
@@ -29,6 +30,7 @@ pub(crate) fn write_table(
                 }
                 lines.extend(untyped(&cloud.columns));
                 lines.extend(cloud.without_system());
+                lines.extend(without_places(&cloud));
                 first = Some(cloud.columns.clone());
             }
             Some(first) if *first != cloud.columns => {
@@ -48,6 +50,18 @@ pub(crate) fn write_table(
     Ok(lines)
 }
 
+/// Says that a table has no place for where scanners stood. Several scans come as one cloud whose header has none.
+fn without_places(cloud: &CloudHeader) -> Option<String> {
+    if cloud.scanner.is_some() {
+        return Some("the place of the scanner is left out: a table has only points".to_owned());
+    }
+    let is_table = cloud.format.starts_with(TABLE);
+    (!is_table && cloud.column(SCAN).is_some()).then(|| {
+        "poses and places of scanners, where they are known, are left out: a table has only points"
+            .to_owned()
+    })
+}
+
 /// The columns whose type numbers in text do not tell, in a line; `None` where all are floats or colours.
 fn untyped(columns: &[FileColumn]) -> Option<String> {
     let is_told = |column: &&FileColumn| {
@@ -56,7 +70,7 @@ fn untyped(columns: &[FileColumn]) -> Option<String> {
     };
     let names = columns.iter().filter(|column| !is_told(column));
     let names: Vec<String> = names.map(|column| format!("`{}`", column.name)).collect();
-    let line = format!("text has no types: whole numbers are read as floats: {}", names.join(", "));
+    let line = format!("text keeps no types: read again, {} will be floats", names.join(", "));
     (!names.is_empty()).then_some(line)
 }
 

@@ -274,13 +274,29 @@ fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
     }
     let element = |name: &str| header.column(name).map(|(_, column)| column.element);
     if element(COLOR).is_some_and(|element| element != Element::U8) {
-        lines.push("`color` is rounded to 8 bits".to_owned());
+        lines.push("`color` is rounded to 8 bits of sRGB".to_owned());
     }
     if header.column(COLOR).is_some_and(|(_, column)| column.components > 3) {
         lines.push("the opacity of `color` is left out".to_owned());
     }
     if header.has_faces {
         lines.push(format!("triangles are left out: {name} has only points"));
+    }
+    match (format, header.scanner) {
+        (FixedFormat::Pts, Some(_)) => {
+            lines.push("the place of the scanner is left out: PTS has none".to_owned());
+        }
+        (FixedFormat::Ptx, Some(place)) if place.length() > 1e-9 => {
+            lines.push(
+                "the place of the scanner is left out: in PTX it is the zero of a scan's axes"
+                    .to_owned(),
+            );
+        }
+        _ => {}
+    }
+    let has_color = header.column(COLOR).is_some_and(|(_, column)| column.components >= 3);
+    if format == FixedFormat::Pts && has_color && element(INTENSITY).is_none() {
+        lines.push("there is no intensity: 0 is written".to_owned());
     }
     if format == FixedFormat::Ptx {
         match element(INTENSITY) {

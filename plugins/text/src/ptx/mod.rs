@@ -19,7 +19,7 @@
 mod header;
 
 use crate::announced::{Announced, MOST_CLOUDS, Reading};
-use crate::layout::Found;
+use crate::layout::{Found, noted};
 use crate::output::{FixedFormat, write_fixed};
 use crate::rows::{NoReturn, Options, Unreadable};
 use crate::text::{LineReader, count, start_of};
@@ -138,16 +138,15 @@ fn complete(
         None => DVec3::ZERO,
         Some(matrix) => matrix.w_axis.truncate(),
     });
-    let mut comments = header.comments.clone();
-    comments.push(format!("grid of {} columns and {} rows", scan.columns, scan.rows));
+    let note = found.map_or_else(String::new, |found| format!(", {}", noted(found)));
+    let (columns, lines) = (scan.columns, scan.rows);
     let header = CloudHeader {
-        format: "PTX text".to_owned(),
+        format: format!("PTX text{note}; grid of {columns} columns and {lines} rows"),
         name: format!("scan {number}"),
         rows,
         grid,
         pose: pose.unwrap_or_default(),
         scanner: scanner.filter(|place| place.is_finite()),
-        comments,
         ..header
     };
     let no_return = if grid.is_some() { NoReturn::Nan } else { NoReturn::LeftOut };

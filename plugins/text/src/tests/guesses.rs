@@ -6,7 +6,10 @@ use super::*;
 fn looks(text: &str, columns: &str, note: &str) -> CollectedCloud {
     let cloud = cloud(text);
     assert_eq!(shape(&cloud), columns, "{text}");
-    assert_eq!(cloud.header.comments[0], note, "{text}");
+    assert_eq!(cloud.header.format, format!("text, {note}"), "{text}");
+    // What the reader found is no comment of the file.
+    let is_note = |comment: &String| comment.starts_with("columns ");
+    assert!(!cloud.header.comments.iter().any(is_note), "{:?}", cloud.header.comments);
     cloud
 }
 
@@ -151,7 +154,7 @@ fn settings_override_what_is_guessed() {
     assert_eq!(shape(&found.clouds[0]), "position 3 f64");
     assert_eq!(found.clouds[0].columns[0], [3.0, 2.0, 1.0, 8.0, 7.0, 6.0]);
     let note = "columns z,y,x,-,- as set; separated by spaces";
-    assert_eq!(found.clouds[0].header.comments, [note]);
+    assert_eq!(found.clouds[0].header.format, format!("text, {note}"));
     let found = read_set("a b c\n1 2 3\n4 5 6\n7 8 9\n", "", Auto, 2).unwrap();
     assert_eq!(found.clouds[0].columns[0], [4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
     let many = "no point\n".repeat(1000) + &"1 2 3\n".repeat(2000);
@@ -164,11 +167,16 @@ fn settings_override_what_is_guessed() {
     assert_eq!(found.clouds[0].columns[0], [1.5, 2.5, 3.5]);
     assert!(refusal(read_set("1 2 3\n", "", Comma, -1)).contains("three numbers"));
     let line = refusal(read_set("1 2 3\n", "x,y,z,r", Auto, -1));
-    assert!(line.contains("at most 3 names") && line.contains("found 4"), "{line}");
-    assert!(refusal(read_set("1 2 3\n", "x,y", Auto, -1)).contains("x, y and z"));
+    assert!(line.starts_with("--text-columns: expected at most 3 names"), "{line}");
+    let line = refusal(read_set("1 2 3\n", "x,y", Auto, -1));
+    assert!(line.starts_with("--text-columns: expected x, y and z, found `x,y`; "), "{line}");
+    let line = refusal(read_set("1 2 3 4\n", "x,y,z,w:q7", Auto, -1));
+    let types = "i8, u8, i16, u16, i32, u32, f32, f64";
+    let expected = format!("--text-columns: expected one of {types} behind `w:`, found `q7`; ");
+    assert!(line.starts_with(&expected), "{line}");
     assert!(refusal(read_set("1 2 3\n", "x:u8,y,z", Auto, -1)).contains("x:f32"));
     let line = refusal(read("lon,lat,note\n1,2,3\n"));
-    assert!(line.contains("`lon,lat,note`") && line.contains("`columns`"), "{line}");
+    assert!(line.contains("`lon,lat,note`") && line.contains("--text-columns"), "{line}");
 }
 
 #[test]

@@ -15,7 +15,8 @@ fn a_count_is_followed_by_its_points() {
     let cloud = &found.clouds[0];
     assert_eq!(shape(cloud), "position 3 f64, intensity 1 f32, color 3 u8");
     assert_eq!(cloud.header.rows, Some(2));
-    assert_eq!(cloud.header.format, "PTS text");
+    assert_eq!(cloud.header.format, "PTS text, columns x,y,z,intensity,r,g,b by their values");
+    assert_eq!(cloud.header.comments, Vec::<String>::new());
     assert_eq!(cloud.columns[0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     assert_eq!(cloud.columns[1], [-2048.0, 2047.0]);
     assert_eq!(cloud.columns[2], [255.0, 0.0, 9.0, 1.0, 2.0, 3.0]);

@@ -61,7 +61,7 @@ fn tables_with_names_are_read_as_they_were() {
     ] {
         let settings = Settings { delimiter, ..Settings::default() };
         let (text, lines) = write_with::<Xyz>(std::slice::from_ref(&cloud), name, &settings);
-        assert_eq!(lines, ["text has no types: whole numbers are read as floats: `flow`"]);
+        assert_eq!(lines, ["text keeps no types: read again, `flow` will be floats"]);
         let found = read_with::<Xyz>(text.as_bytes(), name, &Settings::default()).unwrap();
         assert_eq!(found.warnings, Vec::<String>::new());
         let found = &found.clouds[0];
@@ -155,7 +155,7 @@ fn scans_are_read_with_their_poses() {
     assert_eq!(
         lines,
         [
-            "`color` is rounded to 8 bits",
+            "`color` is rounded to 8 bits of sRGB",
             "intensity is written as a fraction of its type's largest number",
             "there is no intensity: 0.5 is written",
         ]
@@ -168,7 +168,8 @@ fn scans_are_read_with_their_poses() {
     assert_eq!(a.columns[2], (0..90).map(f64::from).collect::<Vec<_>>());
     assert_eq!(a.header.pose.translation, pose.translation);
     assert!(a.header.pose.rotation.dot(rotation).abs() > 1.0 - 1e-14);
-    assert_eq!(b.header.comments[1], "grid of 2 columns and 3 rows");
+    assert!(b.header.format.ends_with("; grid of 2 columns and 3 rows"), "{}", b.header.format);
+    assert_eq!(b.header.comments, Vec::<String>::new());
     assert_eq!(b.columns[0], positions[..6].concat());
 }
 
@@ -179,4 +180,28 @@ fn points_that_are_not_finite_stand_for_places_without_a_return() {
     let found = read_with::<Ptx>(text.as_bytes(), "a.ptx", &()).unwrap();
     assert_eq!(found.clouds[0].columns[0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.5]);
     assert_eq!(found.warnings.len(), 1);
+}
+
+/// Invariant: what is made up, and what of a scan has no place, is said
+/// Cost: milliseconds
+#[test]
+fn missing_intensities_and_places_of_scanners_are_said() {
+    let colors = || StoredCloud::new(&[[1.0; 3], [2.0; 3]]).with(COLOR, 3, Stored::U8(vec![7; 6]));
+    let (text, lines) = write_with::<Pts>(&[colors()], "a.pts", &());
+    assert!(text.contains("1 1 1 0 7 7 7"), "{text}");
+    assert_eq!(lines, ["there is no intensity: 0 is written"]);
+    let mut seen = StoredCloud::new(&[[1.0; 3]]);
+    seen.header.scanner = Some(DVec3::X);
+    let scans = StoredCloud::new(&[[1.0; 3]]).with("scan", 1, Stored::U16(vec![0]));
+    let said = |lines: Vec<String>, part: &str| {
+        assert!(lines.iter().any(|line| line.contains(part)), "{part}: {lines:?}");
+    };
+    said(write_with::<Pts>(&[seen.clone()], "a.pts", &()).1, "place of the scanner is left out");
+    said(write_with::<Ptx>(&[seen.clone()], "a.ptx", &()).1, "place of the scanner is left out");
+    let table = |cloud| write_with::<Xyz>(&[cloud], "a.xyz", &Settings::default()).1;
+    said(table(seen.clone()), "place of the scanner is left out");
+    said(table(scans), "poses and places of scanners, where they are known, are left out");
+    seen.header.scanner = Some(DVec3::ZERO);
+    let (_, lines) = write_with::<Ptx>(&[seen], "a.ptx", &());
+    assert!(!lines.iter().any(|line| line.contains("scanner")), "{lines:?}");
 }
