@@ -173,7 +173,7 @@ fn columns(text: &str) -> Result<Vec<(String, Option<Element>)>> {
             };
             let element = layout::named(element.trim()).ok_or_else(|| {
                 Error::new(format!(
-                    "--text-columns: expected one of {} behind `{name}:`, found `{}`; without a type it is told by the numbers",
+                    "--text-columns: expected one of {} behind `{name}:`, found `{}`; without one it is told by the numbers",
                     layout::type_names(),
                     element.trim()
                 ))
@@ -184,7 +184,7 @@ fn columns(text: &str) -> Result<Vec<(String, Option<Element>)>> {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     if !layout::have_position(&names) {
         return Err(Error::new(format!(
-            "--text-columns: expected x, y and z, found `{text}`; name all three, and others with `-` where they are not read"
+            "--text-columns: expected x, y and z, found `{text}`; name all three, and `-` for columns to leave out"
         )));
     }
     let targets = layout::targets(&names);
