@@ -1,6 +1,6 @@
 //! What is in a cloud's file, as its head says it, for `surfelshop info`.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
 use std::fmt::{Error, Write as _};
 use surfelshop_api::format::{CloudHeader, UpAxis};
@@ -63,7 +63,7 @@ pub(crate) fn text(contents: &Contents) -> Result<String, Error> {
     let whole = boxes.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)]);
     if let Some([low, high]) = whole {
         // A head has the box of a scan's own axes, and a box is larger once it is turned.
-        let is_turned = |cloud: &CloudContents| cloud.header.pose.rotation != glam::DQuat::IDENTITY;
+        let is_turned = |cloud: &CloudContents| cloud.header.pose.rotation != DQuat::IDENTITY;
         let most = match !contents.points_read && clouds.iter().any(is_turned) {
             true => ", at most: boxes of turned scans; --full takes the points'",
             false => "",

@@ -18,7 +18,7 @@ params! {
     /// Settings of `las`, for files that are written.
     pub struct Settings {
         /// Version of LAS: 1.4, 1.2 for old programs, or the lowest that holds the cloud (auto): 1.2 where it comes
-        /// from LAS 1.0 to 1.3, or has classes up to 31, up to 5 returns, scan angles of whole degrees and no system
+        /// from LAS 1.0 to 1.3, or has classes up to 31, up to 7 returns, scan angles of whole degrees and no system
         /// in WKT; else 1.4, also for more than 128 MiB of points with these.
         version: Version { default: Version::Auto },
         /// Step of coordinates, in units of the cloud. 0: the step that the cloud has in its own file; where it

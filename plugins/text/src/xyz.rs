@@ -12,7 +12,7 @@
 //! comment there that names x, y and z. Known names (easting, red, nx, reflectance, `gps_time` and so on) are columns
 //! with a meaning; others are columns of their own, `flow.0` and `flow.1` one of two components; columns of text
 //! are left out. Without names: x y z, then directions of length 1, colours, and intensity before colours or as
-//! the fourth of four; what stays unknown is called `column_5`. What was found stands in the cloud's comments,
+//! the fourth of four; what stays unknown is called `column_5`. What was found stands with the cloud's format,
 //! which `surfelshop info` shows.
 //!
 //! Types follow the first thousand lines and 15 places behind them. Positions and times are `f64`; colours `u8`,
@@ -173,7 +173,7 @@ fn columns(text: &str) -> Result<Vec<(String, Option<Element>)>> {
             };
             let element = layout::named(element.trim()).ok_or_else(|| {
                 Error::new(format!(
-                    "--text-columns: expected one of {} behind `{name}:`, found `{}`; without a type it is told by the numbers",
+                    "--text-columns: expected one of {} behind `{name}:`, found `{}`; without one it is told by the numbers",
                     layout::type_names(),
                     element.trim()
                 ))
@@ -184,7 +184,7 @@ fn columns(text: &str) -> Result<Vec<(String, Option<Element>)>> {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     if !layout::have_position(&names) {
         return Err(Error::new(format!(
-            "--text-columns: expected x, y and z, found `{text}`; name all three, and others with `-` where they are not read"
+            "--text-columns: expected x, y and z, found `{text}`; name all three, and `-` for columns to leave out"
         )));
     }
     let targets = layout::targets(&names);

@@ -1,7 +1,6 @@
 //! Looking ahead: the first points of a cloud, copied until it is clear which version of LAS holds all of them.
 
 use super::plan::Narrow;
-use super::values::each_type;
 use surfelshop_api::columns::{CloudView, ColumnView, Values};
 use surfelshop_api::format::CloudSource;
 use surfelshop_api::glam::DVec3;
@@ -136,7 +135,7 @@ impl Ahead {
             job.check()?;
             self.batches.push_back(HeldBatch::of(&batch)?);
             for column in &batch.columns {
-                self.n_bytes += each_type!(&column.values, slice => size_of_val::<[_]>(slice));
+                self.n_bytes += column.values.len() * column.values.element().size();
             }
             if !narrow.iter().all(|field| field.holds(&batch)) {
                 return Ok(Outcome::Exceeds);

@@ -149,8 +149,7 @@ pub(super) fn narrow(header: &CloudHeader) -> Option<Vec<Narrow>> {
         let is_fitting: fn(f64) -> bool = match name.as_str() {
             SCANNER_CHANNEL | NIR => return None,
             CLASSIFICATION => |value| is_whole_to(value, 31),
-            // The header counts the points of five returns.
-            RETURN_NUMBER | N_RETURNS => |value| is_whole_to(value, 5),
+            RETURN_NUMBER | N_RETURNS => |value| is_whole_to(value, 7),
             CLASS_FLAGS => |value| is_whole_to(value, 7),
             SCAN_ANGLE => is_whole_degree,
             _ => continue,
