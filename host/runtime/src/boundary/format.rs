@@ -260,11 +260,11 @@ impl Instance {
     pub fn read(
         &mut self,
         call: &ReadCall,
-        file: (&str, &dyn FileHost),
+        (name, file): (&str, &dyn FileHost),
         clouds: &mut dyn CloudSinkHost,
         job: &dyn JobHost,
     ) -> Result<(), Fault> {
-        self.calls().read(&encode(call)?, file, clouds, job)
+        self.calls().read(&encode(call)?, (name, file), clouds, job)
     }
 
     /// Has a format write clouds to a file; what it cannot hold comes back in lines. ABI 3.8.
@@ -275,11 +275,11 @@ impl Instance {
         &mut self,
         values: &Values,
         clouds: &mut dyn CloudSourceHost,
-        file: (&str, &dyn FileHost),
+        (name, file): (&str, &dyn FileHost),
         job: &dyn JobHost,
     ) -> Result<Vec<String>, Fault> {
         let mut outputs = Outputs::default();
-        self.calls().write(&encode(values)?, clouds, file, job, &mut outputs)?;
+        self.calls().write(&encode(values)?, clouds, (name, file), job, &mut outputs)?;
         lines(&mut outputs)
     }
 }

@@ -13,8 +13,8 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use surfelshop_api::graph::Structure;
-use surfelshop_api::prelude::*;
-use surfelshop_api::{FrameRequest, Scene, UnitKind, glam::DVec3, static_plugin};
+use surfelshop_api::{FrameRequest, HostInfo, Scene, UnitKind, glam::DVec3, static_plugin};
+use surfelshop_chains::Chain;
 use surfelshop_runtime::boundary::Plugin;
 use surfelshop_runtime::plugins::{
     Hosted, Origin, Place, Registry, SearchPath, Timeouts, Trust, UnitRef,
@@ -25,54 +25,6 @@ use surfelshop_tests::stage::{build_folder, view};
 const FRAMES: usize = 20_000;
 /// Loads and reloads for a median.
 const LOADS: usize = 15;
-
-const SHADE: &str = "
-    #import surfelshop::surface::Surface
-    struct Settings { gain: f32, bias: f32 }
-    var<uniform> settings: Settings;
-    fn shade(s: Surface) -> vec4<f32> { return vec4(s.albedo * settings.gain + settings.bias, 1.0); }
-";
-const BLUR: &str = "
-    struct Settings { gain: f32, bias: f32 }
-    var<uniform> settings: Settings;
-    var before: texture_2d<f32>;
-    var after: texture_storage_2d<rgba32float, write>;
-    @compute @workgroup_size(8, 8)
-    fn blur(@builtin(global_invocation_id) id: vec3<u32>) {
-        let value = textureLoad(before, id.xy, 0) + textureLoad(before, id.xy + 1u, 0);
-        textureStore(after, id.xy, value * settings.gain + settings.bias);
-    }
-";
-
-/// One shading pass and so many others, each with a texture and a uniform of its own.
-struct Chain<const PASSES: usize>;
-
-impl<const PASSES: usize> Renderer for Chain<PASSES> {
-    const INFO: UnitInfo = UnitInfo::new("chain", "Chain", "Passes one after the other.");
-    type Params = ();
-
-    fn new(_host: &HostInfo) -> Result<Self> {
-        Ok(Self)
-    }
-
-    fn frame(&mut self, frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
-        let gain = frame.frame_index as f32;
-        let mut before = graph.texture("lit", Texture::view_sized(Format::Rgba32Float));
-        let settings = graph.uniform(Uniform::new().f32(gain).f32(0.5));
-        graph
-            .pass(Pass::shading("shade", SHADE, "shade").bind("settings", settings).target(before));
-        for _ in 1..PASSES {
-            let after = graph.texture("blurred", Texture::view_sized(Format::Rgba32Float));
-            let settings = graph.uniform(Uniform::new().f32(gain).f32(0.25));
-            let pass = Pass::compute("blur", BLUR, "blur", Groups::PerPixel { divisor: 8 });
-            let pass = pass.bind("settings", settings).bind("before", before).bind("after", after);
-            graph.pass(pass);
-            before = after;
-        }
-        graph.output(Output::Color, before);
-        Ok(())
-    }
-}
 
 static_plugin! { id: "org.surfelshop.test.chains", renderers: [Chain<4>, Chain<10>] }
 
