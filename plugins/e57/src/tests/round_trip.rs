@@ -264,3 +264,25 @@ fn the_axis_that_points_up_is_said_where_it_is_not_z() {
         assert_eq!(written(&[cloud]).1, said.into_iter().collect::<Vec<_>>());
     }
 }
+
+#[test]
+fn feet_become_metres() {
+    let foot = 0.3048;
+    let mut cloud = TestCloud::default()
+        .with("position", 3, Buffer::F64(vec![10.0, 20.0, 30.0, -1.0, 0.0, 2.5]))
+        .with("radius", 1, Buffer::F32(vec![1.0, 2.0]))
+        .with("quality", 1, Buffer::F32(vec![1.0, 2.0]));
+    cloud.header.metres_per_unit = foot;
+    cloud.header.up = UpAxis::Z;
+    cloud.header.pose.translation = DVec3::new(100.0, 0.0, 0.0);
+    let (bytes, lines) = written(&[cloud]);
+    assert!(lines.len() == 1 && lines[0].contains("units of 0.3048 m become metres"), "{lines:?}");
+    let found = read(bytes).unwrap();
+    let header = &found.clouds[0].header;
+    assert_eq!(header.metres_per_unit, 1.0);
+    assert!((header.pose.translation - DVec3::new(30.48, 0.0, 0.0)).length() < 1e-12);
+    let places = [10.0, 20.0, 30.0, -1.0, 0.0, 2.5].map(|feet| feet * foot);
+    assert_eq!(column(&found, 0, "position"), places);
+    assert_eq!(column(&found, 0, "radius"), [0.3048, 0.6096].map(|r: f32| f64::from(r)));
+    assert_eq!(column(&found, 0, "quality"), [1.0, 2.0]);
+}

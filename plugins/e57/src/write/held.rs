@@ -16,14 +16,15 @@ pub(crate) struct Points<'a> {
     pub(crate) columns: Vec<Values<'a>>,
     position: usize,
     origin: DVec3,
+    metres: f64,
 }
 
 impl<'a> Points<'a> {
-    /// Those of a batch, whose columns are to have these numbers of components.
+    /// Those of a batch, whose columns are to have these numbers of components, in units of so many metres.
     ///
     /// # Errors
     /// Where the columns are others.
-    pub(crate) fn new(batch: &CloudView<'a>, components: &[u32]) -> Result<Self> {
+    pub(crate) fn new(batch: &CloudView<'a>, components: &[u32], metres: f64) -> Result<Self> {
         let (len, found) = (batch.len, batch.columns.len());
         let fits = |(column, &n): (&surfelshop_api::ColumnView<'_>, &u32)| {
             column.values.len() == n as usize * len
@@ -39,10 +40,10 @@ impl<'a> Points<'a> {
             .filter(|&i| components[i] == 3)
             .ok_or_else(|| Error::new("expected positions of three numbers, found none"))?;
         let columns = batch.columns.iter().map(|column| column.values).collect();
-        Ok(Self { len, columns, position, origin: batch.origin })
+        Ok(Self { len, columns, position, origin: batch.origin, metres })
     }
 
-    /// The position of a point.
+    /// The position of a point, metres.
     pub(crate) fn place(&self, i: usize) -> DVec3 {
         let own = match self.columns[self.position] {
             Values::F64(values) => DVec3::from_slice(&values[3 * i..]),
@@ -52,7 +53,7 @@ impl<'a> Points<'a> {
             }
             _ => DVec3::NAN,
         };
-        own + self.origin
+        (own + self.origin) * self.metres
     }
 }
 
@@ -81,6 +82,7 @@ struct Copied {
     columns: Vec<Buffer>,
     position: usize,
     origin: DVec3,
+    metres: f64,
 }
 
 /// Points that are held back.
@@ -112,8 +114,8 @@ impl Held {
         }
         self.n_points += points.len;
         let columns = points.columns.iter().map(Buffer::of).collect();
-        let Points { len, position, origin, .. } = *points;
-        self.batches.push(Copied { len, columns, position, origin });
+        let Points { len, position, origin, metres, .. } = *points;
+        self.batches.push(Copied { len, columns, position, origin, metres });
         let open = self.all_f32 || self.step.is_some();
         open && self.n_points < MOST
     }
@@ -125,6 +127,7 @@ impl Held {
             columns: batch.columns.iter().map(Buffer::values).collect(),
             position: batch.position,
             origin: batch.origin,
+            metres: batch.metres,
         })
     }
 
@@ -173,7 +176,7 @@ mod tests {
         let len = places.len() / 3;
         let batch = CloudView { len, columns: vec![column], ..CloudView::default() };
         let mut held = Held::new(step.map(DVec3::splat));
-        held.add(&Points::new(&batch, &[3]).unwrap());
+        held.add(&Points::new(&batch, &[3], 1.0).unwrap());
         held.storage(complete)
     }
 

@@ -67,7 +67,8 @@ struct Writing<'a, T: Read + Write + Seek> {
 impl<T: Read + Write + Seek> Writing<'_, T> {
     fn cloud(&mut self, header: &CloudHeader, clouds: &mut CloudSource<'_>) -> Result<()> {
         let components: Vec<u32> = header.columns.iter().map(|column| column.components).collect();
-        let mut held = Held::new(header.step);
+        let metres = metres(header);
+        let mut held = Held::new(header.step.map(|step| step * metres));
         let (mut complete, mut has_faces) = (false, false);
         loop {
             self.job.check()?;
@@ -76,11 +77,11 @@ impl<T: Read + Write + Seek> Writing<'_, T> {
                 break;
             };
             has_faces |= !batch.faces.is_empty();
-            if !held.add(&Points::new(&batch, &components)?) {
+            if !held.add(&Points::new(&batch, &components, metres)?) {
                 break;
             }
         }
-        let mut outgoing = Outgoing::new(header, held.storage(complete), &mut self.lines);
+        let mut outgoing = Outgoing::new(header, held.storage(complete), metres, &mut self.lines);
         self.register(&outgoing)?;
         let scan = self.writer.add_pointcloud(&guid(), outgoing.prototype());
         let mut scan = scan.map_err(|error| refused(&error))?;
@@ -94,7 +95,7 @@ impl<T: Read + Write + Seek> Writing<'_, T> {
         drop(held);
         while let Some(batch) = if complete { None } else { clouds.next_batch()? } {
             has_faces |= !batch.faces.is_empty();
-            outgoing.add(&mut scan, &Points::new(&batch, &components)?)?;
+            outgoing.add(&mut scan, &Points::new(&batch, &components, metres)?)?;
             n_points += batch.len;
             if let Some(rows) = header.rows.filter(|&rows| rows > 0) {
                 self.most = self.most.max((n_points as f64 / rows as f64).min(1.0));
@@ -136,7 +137,7 @@ fn describe<T: Read + Write + Seek>(
     // A pose that moves nothing says that the points were seen from zero.
     let seen = header.scanner.filter(|place| place.is_finite());
     if header.pose != Pose::default() || seen.is_some() {
-        scan.set_transform(Some(transform(&header.pose)));
+        scan.set_transform(Some(transform(&header.pose, metres(header))));
     }
     if seen.is_some_and(|place| place.length() > 1e-9) {
         lines.push(
@@ -156,10 +157,11 @@ fn describe<T: Read + Write + Seek>(
     if !which.is_empty() {
         lines.push(format!("{which}, and E57 is read with z up: render the file with {option}"));
     }
-    if header.metres_per_unit > 0.0 && (header.metres_per_unit - 1.0).abs() > 1e-9 {
-        let metres = header.metres_per_unit;
-        lines
-            .push(format!("units of {metres} m are not written: readers of E57 files take metres"));
+    let metres = metres(header);
+    if metres != 1.0 {
+        lines.push(format!(
+            "units of {metres} m become metres, as E57 has them: coordinates and lengths are multiplied by that"
+        ));
     }
     match gps_seconds(&header.time) {
         Some(gps_time) => {
@@ -195,10 +197,17 @@ fn describe<T: Read + Write + Seek>(
     scan.set_description(text(&description.join("\n")));
 }
 
-fn transform(pose: &Pose) -> Transform {
+/// Metres of a unit; 1 where nobody knows.
+fn metres(header: &CloudHeader) -> f64 {
+    let metres = header.metres_per_unit;
+    // What differs less is how a unit was rounded.
+    if metres.is_finite() && metres > 0.0 && (metres - 1.0).abs() > 1e-9 { metres } else { 1.0 }
+}
+
+fn transform(pose: &Pose, metres: f64) -> Transform {
     // The standard wants no negative real part; both quaternions are the same rotation.
     let turn = if pose.rotation.w < 0.0 { -pose.rotation } else { pose.rotation };
-    let by = pose.translation;
+    let by = pose.translation * metres;
     Transform {
         rotation: Quaternion { w: turn.w, x: turn.x, y: turn.y, z: turn.z },
         translation: Translation { x: by.x, y: by.y, z: by.z },

@@ -7,7 +7,7 @@ use crate::write::xml_text::field_name;
 use e57::{IntensityLimits, PointCloudWriter, Record, RecordDataType, RecordName, RecordValue};
 use std::collections::HashSet;
 use std::io::{Read, Seek, Write};
-use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION, Values};
+use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION, Role, Values, role_of};
 use surfelshop_api::format::{
     CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, RETURN_NUMBER,
 };
@@ -38,6 +38,8 @@ struct Outlet {
     component: usize,
     components: usize,
     conversion: Conversion,
+    /// What floats are multiplied by: lengths become metres.
+    factor: f64,
 }
 
 impl Outlet {
@@ -59,8 +61,8 @@ impl Outlet {
                 let encoded = linear_to_srgb(values[i].clamp(0.0, 1.0)) * 65535.0;
                 RecordValue::Integer((encoded.round() as u16).into())
             }
-            Values::F32(values) => RecordValue::Single(values[i]),
-            Values::F64(values) => RecordValue::Double(values[i]),
+            Values::F32(values) => RecordValue::Single((f64::from(values[i]) * self.factor) as f32),
+            Values::F64(values) => RecordValue::Double(values[i] * self.factor),
         }
     }
 }
@@ -82,10 +84,12 @@ impl Outgoing {
     pub(crate) fn new(
         header: &CloudHeader,
         storage: [Storage; 3],
+        metres: f64,
         lines: &mut Vec<String>,
     ) -> Self {
         let columns = &header.columns;
-        let mut places = Places { header, outlets: Vec::new(), names: HashSet::new(), lines };
+        let (outlets, names) = Default::default();
+        let mut places = Places { header, metres, outlets, names, lines };
         for (i, column) in columns.iter().enumerate() {
             places.add(i, column);
         }
@@ -238,6 +242,7 @@ const ALPHA: &str = "alpha";
 /// Finds fields for columns.
 struct Places<'a> {
     header: &'a CloudHeader,
+    metres: f64,
     outlets: Vec<Outlet>,
     /// Names of fields of the extension.
     names: HashSet<String>,
@@ -296,6 +301,7 @@ impl Places<'_> {
                 component: 3,
                 components: column.components as usize,
                 conversion: Conversion::Same,
+                factor: 1.0,
             });
             self.names.insert(ALPHA.to_owned());
         } else if column.components > 3 {
@@ -341,6 +347,7 @@ impl Places<'_> {
     }
 
     fn several(&mut self, column_index: usize, column: &FileColumn, names: &[RecordName]) {
+        let is_length = column.role == Role::Length || role_of(&column.name) == Role::Length;
         for (component, name) in names.iter().enumerate() {
             self.outlets.push(Outlet {
                 record: Record { name: name.clone(), data_type: data_type(column.element) },
@@ -348,6 +355,7 @@ impl Places<'_> {
                 component,
                 components: column.components as usize,
                 conversion: Conversion::Same,
+                factor: if is_length { self.metres } else { 1.0 },
             });
         }
     }
