@@ -20,8 +20,8 @@ const NARROWEST: f64 = 0.3;
 /// The least ratio of far to near: a depth camera sees what is near and what is behind it.
 const DEEPEST: f64 = 1.25;
 
-/// The share of points that may lie anywhere.
-const OUTSIDE: f64 = 0.01;
+/// The share of points that may lie anywhere: a camera that was led around a desk saw 0.06 of it beyond its first picture.
+const OUTSIDE: f64 = 0.08;
 
 /// Cells across a picture in which points are told that lie behind each other.
 const CELLS: usize = 64;
@@ -132,7 +132,7 @@ mod tests {
     fn what_a_depth_camera_took_has_minus_y_upwards_and_nothing_else_has() {
         let nothing_said = Source::default();
         assert_eq!(guess(room(), &nothing_said), Some(Axis::MinusY));
-        let strays = [DVec3::NEG_Z; 20];
+        let strays = [DVec3::NEG_Z; 200];
         assert_eq!(guess(room().into_iter().chain(strays), &nothing_said), Some(Axis::MinusY));
         // Around zero, behind the camera, flat and far off, narrow and far off.
         assert_eq!(guess(room().into_iter().map(|p| p - DVec3::Z * 2.0), &nothing_said), None);
