@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use surfelshop_api::format::Pose;
 
 /// Points that are looked at.
-const LOOKED_AT: usize = 1 << 16;
+const LOOKED_AT: usize = 1 << 14;
 
 /// The largest tangent of an angle off the axis: 60 degrees, more than depth cameras see.
 const WIDEST: f64 = 1.75;
@@ -32,7 +32,7 @@ const BEHIND: f64 = 1.1;
 const EDGES: f64 = 0.35;
 
 /// How a cloud lies before a depth camera at zero that looks along z; `None` where the file says which axis is up, where
-/// a pose moved the cloud, and where it lies otherwise. O(1): of large clouds some points are looked at.
+/// a pose moved the cloud, where it lies otherwise, and without memory to tell. O(1): of large clouds some points are looked at.
 #[must_use]
 pub fn camera_frame(cloud: &Cloud, source: &Source) -> Option<CameraFrame> {
     before_camera(cloud.origin(), cloud.positions(), source)
@@ -51,15 +51,17 @@ pub(super) fn before_camera(
         return None;
     }
     let step = places.len().div_ceil(LOOKED_AT).max(1);
-    let places = places.iter().step_by(step);
-    let mut seen: Vec<DVec3> = places.map(|place| origin + place.as_dvec3()).collect();
+    let places = places.iter().step_by(step).map(|place| origin + place.as_dvec3());
+    let mut seen = room_for(places.len())?;
+    seen.extend(places);
     let n = seen.len();
     seen.retain(|place| place.z > 0.0 && place.truncate().abs().max_element() <= WIDEST * place.z);
     if ((n - seen.len()) as f64) > OUTSIDE * n as f64 {
         return None;
     }
     let ends = |of: fn(&DVec3) -> f64| {
-        let mut all: Vec<f64> = seen.iter().map(of).collect();
+        let mut all = room_for(seen.len())?;
+        all.extend(seen.iter().map(of));
         all.sort_unstable_by(f64::total_cmp);
         let end = |share: f64| all.get((share * (all.len() - 1) as f64) as usize).copied();
         end(0.02).zip(end(0.98))
@@ -73,13 +75,14 @@ pub(super) fn before_camera(
     // Rows of an organised cloud say it where the camera was turned on its side.
     let of_rows = source.grid_up.map(Axis::nearest).filter(|axis| axis.index() != 2);
     let up = of_rows.unwrap_or(Axis::MinusY);
-    let is_one_view = source.grid.is_some() || is_one_view(&seen, [across, along]);
+    let is_one_view = source.grid.is_some() || is_one_view(&seen, [across, along])?;
     Some(CameraFrame { up, is_one_view })
 }
 
 /// Whether next to no points lie behind others, as seen from zero.
-fn is_one_view(seen: &[DVec3], spans: [(f64, f64); 2]) -> bool {
-    let mut cells = vec![(f64::INFINITY, 0.0_f64, 0_u32); CELLS * CELLS];
+fn is_one_view(seen: &[DVec3], spans: [(f64, f64); 2]) -> Option<bool> {
+    let mut cells = room_for(CELLS * CELLS)?;
+    cells.resize(CELLS * CELLS, (f64::INFINITY, 0.0_f64, 0_u32));
     let cell = |value: f64, (low, high): (f64, f64)| {
         let along = (value - low) / (high - low).max(f64::MIN_POSITIVE) * CELLS as f64;
         (along.max(0.0) as usize).min(CELLS - 1)
@@ -91,7 +94,14 @@ fn is_one_view(seen: &[DVec3], spans: [(f64, f64); 2]) -> bool {
     }
     let several = cells.iter().filter(|(_, _, n)| *n > 1);
     let behind = several.clone().filter(|(near, far, _)| *far > BEHIND * near).count();
-    behind as f64 <= EDGES * several.count() as f64
+    Some(behind as f64 <= EDGES * several.count() as f64)
+}
+
+/// Memory for so many; without it nothing is told.
+fn room_for<T>(n: usize) -> Option<Vec<T>> {
+    let mut room = Vec::new();
+    room.try_reserve_exact(n).ok()?;
+    Some(room)
 }
 
 #[cfg(test)]
@@ -106,9 +116,9 @@ mod tests {
     fn room() -> Vec<DVec3> {
         let grid = |i: i32| (f64::from(i % 40) - 20.0, f64::from(i / 40));
         let floor =
-            (0..1600).map(|i| grid(i)).map(|(x, y)| DVec3::new(x * 0.05, 1.0, 1.2 + 0.05 * y));
+            (0..1600).map(grid).map(|(x, y)| DVec3::new(x * 0.05, 1.0, 1.2 + 0.05 * y));
         let wall =
-            (0..1600).map(|i| grid(i)).map(|(x, y)| DVec3::new(x * 0.1, 1.0 - 0.05 * y, 3.2));
+            (0..1600).map(grid).map(|(x, y)| DVec3::new(x * 0.1, 1.0 - 0.05 * y, 3.2));
         floor.chain(wall).collect()
     }
 

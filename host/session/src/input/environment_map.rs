@@ -271,12 +271,17 @@ pub fn wanted(
     Ok(Some(environment))
 }
 
+/// Lets nothing replace the file of a probe that is read.
+pub fn protect(wanted: Option<&SceneEnvironment>) {
+    if let Some(ProbeSource::File(path)) = wanted.map(|wanted| &wanted.source) {
+        files::protect([path.as_path()]);
+    }
+}
+
 /// Reads the probe that is wanted, if one is.
 pub fn read_wanted(wanted: Option<&SceneEnvironment>) -> anyhow::Result<Option<LoadedEnvironment>> {
     let Some(wanted) = wanted else { return Ok(None) };
-    if let ProbeSource::File(path) = &wanted.source {
-        files::protect([path.as_path()]);
-    }
+    protect(Some(wanted));
     let tell = |line: String| terminal::warn(line);
     Probes::default().light(wanted, tell).map(Some)
 }

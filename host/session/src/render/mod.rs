@@ -259,6 +259,7 @@ fn opened_scene(
     inputs: &Inputs,
     staging: &mut RenderSetup,
 ) -> anyhow::Result<(Option<LoadedEnvironment>, DisplayedClouds)> {
+    environment_map::protect(staging.environment.as_ref());
     files::check_outputs(&outputs(arguments))?;
     let formats = SessionFormats::new(&arguments.plugins);
     let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
