@@ -16,18 +16,18 @@ use surfelshop_session::output::{provenance, terminal};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
-    let mut told = Told::default();
+    let mut report = InfoObjects::default();
     let formats = SessionFormats::new(&arguments.plugins);
     let mut faults = Vec::new();
     for file in &arguments.files {
         // What is wrong with one file keeps nobody from knowing the others.
-        if let Err(error) = tell(file, arguments, &formats, &mut told) {
+        if let Err(error) = tell(file, arguments, &formats, &mut report) {
             faults.push(error);
         }
     }
-    let Some(last) = faults.pop() else { return told.finish(arguments, &formats) };
+    let Some(last) = faults.pop() else { return report.finish(arguments, &formats) };
     if faults.len() + 1 < arguments.files.len() {
-        told.finish(arguments, &formats)?;
+        report.finish(arguments, &formats)?;
     }
     faults.iter().for_each(|error| terminal::note(format!("{error:#}")));
     Err(last)
@@ -35,13 +35,13 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
 
 /// What was said of files, as JSON.
 #[derive(Default)]
-struct Told {
+struct InfoObjects {
     clouds: Vec<Value>,
     scenes: Vec<Value>,
     probes: Vec<Value>,
 }
 
-impl Told {
+impl InfoObjects {
     fn finish(self, arguments: &InfoArguments, formats: &SessionFormats) -> anyhow::Result<()> {
         if !arguments.report.json {
             return Ok(());
@@ -63,24 +63,24 @@ fn tell(
     file: &Path,
     arguments: &InfoArguments,
     formats: &SessionFormats,
-    told: &mut Told,
+    report: &mut InfoObjects,
 ) -> anyhow::Result<()> {
     let json = arguments.report.json;
     if surfelshop_cloud::scene::is_scene(file) {
         let opened = surfelshop_cloud::scene::read(file)?;
         match json {
-            true => told.scenes.push(scene_info::object(&opened)),
+            true => report.scenes.push(scene_info::object(&opened)),
             false => terminal::line(scene_info::text(&opened)?)?,
         }
     } else if let Some(source) = environment_map::probe_named(file) {
         let probe = environment_map::read(&source, None)?;
         match json {
-            true => told.probes.push(probe_info::object(&probe)),
+            true => report.probes.push(probe_info::object(&probe)),
             false => terminal::line(probe_info::text(&probe)?)?,
         }
     } else if is_pyramid_file(file) {
         match json {
-            true => told.clouds.push(pyramid_info::object(file)?),
+            true => report.clouds.push(pyramid_info::object(file)?),
             false => terminal::line(pyramid_info::text(file)?)?,
         }
     } else if !arguments.full {
@@ -89,13 +89,13 @@ fn tell(
         let contents = surfelshop_cloud::inspect(file, &formats.reading(&tell))?;
         drop(progress);
         match json {
-            true => told.clouds.extend(contents_info::objects(&contents)),
+            true => report.clouds.extend(contents_info::objects(&contents)),
             false => terminal::line(contents_info::text(&contents)?)?,
         }
     } else {
         let loaded = clouds::read(file, formats)?;
         match json {
-            true => told.clouds.push(object(&loaded)),
+            true => report.clouds.push(object(&loaded)),
             false => terminal::line(text(&loaded)?)?,
         }
     }

@@ -115,10 +115,8 @@ mod tests {
     /// A floor and a wall as a depth camera at zero has them: y points down.
     fn room() -> Vec<DVec3> {
         let grid = |i: i32| (f64::from(i % 40) - 20.0, f64::from(i / 40));
-        let floor =
-            (0..1600).map(grid).map(|(x, y)| DVec3::new(x * 0.05, 1.0, 1.2 + 0.05 * y));
-        let wall =
-            (0..1600).map(grid).map(|(x, y)| DVec3::new(x * 0.1, 1.0 - 0.05 * y, 3.2));
+        let floor = (0..1600).map(grid).map(|(x, y)| DVec3::new(x * 0.05, 1.0, 1.2 + 0.05 * y));
+        let wall = (0..1600).map(grid).map(|(x, y)| DVec3::new(x * 0.1, 1.0 - 0.05 * y, 3.2));
         floor.chain(wall).collect()
     }
 

@@ -202,7 +202,9 @@ mod tests {
             let line = SelectStep::parse(wrong).unwrap_err();
             assert!(line.starts_with("expected all, box:") && !line.contains('\n'), "{line}");
         }
-        assert!(SelectStep::parse("box:1,1,1:0,0,0").unwrap_err().contains("smallest and largest"));
+        assert!(
+            SelectStep::parse("box:1,1,1:0,0,0").unwrap_err().contains("x runs from 1 down to 0")
+        );
         let parse = ColumnValue::parse;
         assert_eq!(parse("color=1, 2,3").unwrap().values, [1.0, 2.0, 3.0]);
         for wrong in ["a", "=1", "a=x", "a=nan", "a="] {

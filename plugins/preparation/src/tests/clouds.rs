@@ -29,7 +29,7 @@ fn normals_face_where_they_are_asked_to() {
     let outwards = with(Orientation::Outwards, 0.0);
     assert_eq!(
         outwards.message,
-        "1500 normals, 0 without a plane around them, 1 parts turned outwards"
+        "1500 normals, 0 without a plane around them, 1 part turned outwards"
     );
     for (position, normal) in positions.iter().zip(outwards.vectors("normal")) {
         assert!(position.dot(normal) > 0.99);

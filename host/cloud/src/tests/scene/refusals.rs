@@ -68,7 +68,10 @@ fn deep_nesting_is_refused_before_it_harms() {
 #[test]
 fn every_value_of_colours_and_filters_is_checked() {
     for (line, expected) in [
-        ("up = 'x'", "2:6: `up`: expected \"y\" or \"z\", found `'x'`"),
+        (
+            "up = 'w'",
+            "2:6: `up`: expected \"y\", \"z\", \"-y\", \"-z\", \"x\" or \"-x\", found `'w'`",
+        ),
         (
             "color = {}",
             "2:9: `color.by`: expected \"file\", \"uniform\", \"normal\", \"height\" or the name of a \
