@@ -170,7 +170,8 @@ fn a_check_mark_isolates_a_package_and_is_remembered() {
     screen.until("the answer", |window| window.messages.contains("stays unused"));
     screen.window().panels.plugin_list = true;
     for is_isolated in [true, false] {
-        screen.harness.step();
+        // A window that opens takes a frame to find its size.
+        screen.frames();
         screen.harness.get_all_by_label("own process").next().unwrap().click();
         screen.until("the list", |window| {
             let mut entries = window.plugins.registry.entries().iter();
