@@ -170,9 +170,10 @@ fn a_check_mark_isolates_a_package_and_is_remembered() {
     screen.until("the answer", |window| window.messages.contains("stays unused"));
     screen.window().panels.plugin_list = true;
     for is_isolated in [true, false] {
-        // A window that opens takes a frame to find its size.
+        // A window that opens takes a frame to find its size; its list may reach beyond the screen.
         screen.frames();
-        screen.harness.get_all_by_label("own process").next().unwrap().click();
+        screen.harness.get_all_by_label("own process").next().unwrap().click_accesskit();
+        screen.frames();
         screen.until("the list", |window| {
             let mut entries = window.plugins.registry.entries().iter();
             entries.any(Entry::is_isolated) == is_isolated
