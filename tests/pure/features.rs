@@ -1,5 +1,5 @@
 //! `cargo test` shares what `cargo build` compiled: crates that both use have the same features in both. Where tests turn
-//! one on, every crate above it is compiled once more, which took a quarter of a first `cargo verify`.
+//! one on, every crate above it is compiled once more, which was half of what `cargo test` compiled.
 
 use std::collections::HashMap;
 use std::process::Command;

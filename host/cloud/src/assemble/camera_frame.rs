@@ -44,10 +44,10 @@ pub(super) fn before_camera(
     places: &[Vec3],
     source: &Source,
 ) -> Option<CameraFrame> {
-    let is_moved = source.scans.iter().any(|scan| scan.pose != Pose::default());
-    let scanners = source.scanners().into_iter().flatten().flatten();
-    let is_moved = is_moved || scanners.into_iter().any(|place| place != DVec3::ZERO);
-    if source.said_up().is_some() || is_moved || places.is_empty() {
+    let is_elsewhere = source.scans.iter().any(|scan| {
+        scan.pose != Pose::default() || scan.scanner.is_some_and(|place| place != DVec3::ZERO)
+    });
+    if source.said_up().is_some() || is_elsewhere || places.is_empty() {
         return None;
     }
     let step = places.len().div_ceil(LOOKED_AT).max(1);

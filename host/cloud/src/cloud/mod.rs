@@ -16,6 +16,7 @@ pub mod selection;
 pub(crate) mod source;
 pub(crate) mod splats;
 pub(crate) mod transform;
+
 use crate::error::CloudError;
 use crate::faces;
 use buffer::Buffer;

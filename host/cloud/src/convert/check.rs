@@ -54,8 +54,8 @@ pub(super) fn one_unit(headers: &[CloudHeader]) -> std::result::Result<(), Strin
     let metres = |header: &CloudHeader| {
         Some(header.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0)
     };
-    // Feet of the survey are 2 millionths longer than others: too little to tell by a rounded number.
-    let differs = |a: f64, b: f64| (a - b).abs() > 1e-9 * a.max(b);
+    // Files round a unit to seven digits; feet of the survey are 2e-6 longer than others.
+    let differs = |a: f64, b: f64| (a - b).abs() > 5e-7 * a.max(b);
     let mut known = headers.iter().filter_map(metres);
     let Some(first) = known.next() else { return Ok(()) };
     match known.find(|metres| differs(first, *metres)) {
@@ -236,7 +236,7 @@ mod tests {
             let line = one_unit(&headers(units)).unwrap_err();
             assert!(line.contains("different units") && line.contains("one by one"), "{line}");
         }
-        for units in [&[][..], &[0.0], &[0.0, 0.0], &[survey, 0.0, survey], &[1.0, 1.0]] {
+        for units in [&[][..], &[0.0], &[0.0, 0.0], &[survey, 0.0, 0.304_800_6], &[1.0, 1.0]] {
             assert_eq!(one_unit(&headers(units)), Ok(()), "{units:?}");
         }
         let lines = remarks(&headers(&[1.0, 0.0]), &Selection::default(), true);

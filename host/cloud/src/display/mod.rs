@@ -30,9 +30,6 @@ mod tables;
 mod tests;
 mod ticks;
 
-use crate::cloud::Cloud;
-use crate::cloud::axis::Axis;
-use colors::unknown;
 pub use colors::{Categories, Colors, Ramp};
 pub use error::DisplayError;
 pub use filter::{Filter, FilterAction, FilterTest};
@@ -41,12 +38,16 @@ pub use histogram::{HISTOGRAM_BINS, Histogram, histogram};
 pub use legend::{Legend, LegendBody, LegendEntry};
 pub use maps::{ColorMap, MAP_SIZE};
 pub use palette::Palette;
-use scalar::Scalar;
 pub use settings::{Attribute, ColorBy, ColorSource, DisplaySettings, MapChoice, RangeEnd, Scale};
 pub use splat_settings::{Look, SplatSettings};
 pub use statistics::{MOST_CATEGORIES, Statistics};
-use std::sync::Arc;
 pub use ticks::{Tick, ticks};
+
+use crate::cloud::Cloud;
+use crate::cloud::axis::Axis;
+use colors::unknown;
+use scalar::Scalar;
+use std::sync::Arc;
 
 /// What settings mean for the clouds that are displayed together.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,11 +4,12 @@ mod arguments;
 mod fit;
 mod page;
 
+pub use arguments::ShareArguments;
+
 use crate::compare::Stage;
 use crate::compare::candidate::{Candidate, CandidateRequest};
 use crate::compare::requests;
 use anyhow::{Context as _, ensure};
-pub use arguments::ShareArguments;
 use page::{SharedPage, SharedRenderer};
 use serde_json::{Value, json};
 use surfelshop_api::UnitKind;

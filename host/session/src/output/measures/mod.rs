@@ -2,9 +2,10 @@
 
 mod projection;
 
+pub use projection::{ScreenPoint, project, project_line};
+
 use crate::input::clouds::Clouds;
 use glam::DVec2;
-pub use projection::{ScreenPoint, project, project_line};
 use surfelshop_api::View;
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::scene::Axis;

@@ -7,6 +7,7 @@ pub(crate) mod bookmarks;
 mod lights_off;
 pub(crate) mod placement;
 pub(super) mod values;
+
 use super::open_clouds::OpenCloud;
 use super::settings::{Mode, PaneSettings};
 use crate::views::arrangement;

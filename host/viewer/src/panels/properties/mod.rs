@@ -16,15 +16,16 @@ mod placement;
 mod renderer;
 mod surface;
 
+pub(super) use cloud::facts;
+pub(super) use light::light_name;
+
 use super::Selection;
 use super::row::{Scale, axes, check_row, row, row_of, slider_row};
 use crate::commands::{self, find};
 use crate::theme::{Icon, icon_text, iconed, space, tokens};
 use crate::views::measuring::icon;
 use crate::window::Window;
-pub(super) use cloud::facts;
 use eframe::egui::{Button, CollapsingHeader, Response, RichText, Role, Ui, WidgetInfo};
-pub(super) use light::light_name;
 
 /// Shows the properties of what is selected.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {

@@ -3,6 +3,7 @@
 mod categories;
 mod filters;
 mod ramp;
+
 use super::{check_row, row, row_of};
 use crate::window::Window;
 use eframe::egui::{self, Ui};
