@@ -161,6 +161,9 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
         )
     });
     row("normals", counted(&normal_counts(summary)) + &error)?;
+    if let Some(path) = &summary.trajectory {
+        row("scanner", format!("its path {path}"))?;
+    }
     let r = &summary.radii;
     let counts = [
         (r.given, "given"),

@@ -59,7 +59,9 @@ pub use inspect::{CloudContents, Contents, heads, inspect, stream};
 pub use options::{PreviewSink, ReadOptions, WriteOptions};
 pub use read::preview::PREVIEW_POINTS;
 pub use read::{PYRAMID, read};
-pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary, in_groups};
+pub use summary::{
+    ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary, Trajectory, in_groups,
+};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::{Progress, silent};
 pub use write::{Written, write, writer};

@@ -43,6 +43,31 @@ pub struct NormalCounts {
     pub turned: u64,
 }
 
+/// The path of a moving scanner, as the pulses tell that came back several times.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Trajectory {
+    /// Pulses that it was found from.
+    pub n_pulses: u64,
+    /// Straight pieces that it is made of.
+    pub n_pieces: u64,
+    /// Median distance from the points, in units of the file.
+    pub distance: f64,
+    /// The largest of the pieces' median distances that rays pass it at, as a share of the distance.
+    pub miss: f64,
+}
+
+impl fmt::Display for Trajectory {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pulses = in_groups(self.n_pulses);
+        let (distance, miss) = (self.distance, 100.0 * self.miss);
+        write!(
+            out,
+            "from {pulses} pulses with several returns: {distance:.0} units from the points, missed by {miss:.2} % of \
+             that"
+        )
+    }
+}
+
 /// Where the radii of a loaded cloud come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RadiusCounts {
@@ -99,6 +124,9 @@ pub struct Summary {
     /// The median of the angles by which estimated normals may be off by the scatter of their neighbours, degrees;
     /// `None` where none is estimated.
     pub normal_error_deg: Option<f32>,
+    /// The path of the scanner, where normals were turned towards it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trajectory: Option<Trajectory>,
     /// Radii.
     pub radii: RadiusCounts,
     /// Colours.
@@ -193,6 +221,9 @@ impl fmt::Display for Summary {
             (c.replaced, "replaced"),
         ]);
         write!(out, "\n  normals {normals}; radii {radii}; colours {colors}")?;
+        if let Some(path) = self.trajectory {
+            write!(out, "\n  scanner's path {path}")?;
+        }
         write!(out, "\n  columns {}", self.columns.join(", "))?;
         if self.origin != [0.0; 3] {
             let [x, y, z] = self.origin;

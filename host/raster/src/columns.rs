@@ -137,13 +137,13 @@ fn three(values: &[f32], i: u32) -> [f32; 3] {
 
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
-    /// columns' length. Albedos and what varies over splats are in drawing order already. Surfels that
-    /// stand for several are made where there are to be `merged` ones. `tell` hears how far it is, in
-    /// [0, 1].
+    /// columns' length; it is dropped before what needs most memory. Albedos and what varies over splats
+    /// are in drawing order already. Surfels that stand for several are made where there are to be
+    /// `merged` ones. `report` hears how far it is, in [0, 1].
     #[must_use]
     pub fn new(
         sources: &Sources<'_>,
-        order: &[u32],
+        order: Vec<u32>,
         albedo: Albedo,
         splats: Splats,
         merged: bool,
@@ -195,6 +195,7 @@ impl Columns {
             roots: 0..0,
             max_reach: 0.0,
         };
+        drop(order);
         report(0.4);
         columns.merge(merged, linear_of_srgb, &|done| report(0.4 + 0.6 * done));
         columns

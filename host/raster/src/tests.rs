@@ -32,10 +32,8 @@ fn sphere(n: usize) -> Columns {
     };
     let order: Vec<u32> = (0..n as u32).collect();
     let halves = order.iter().map(|&i| [0, 1, 2, 3].map(|k| f16::from_f32((i * k % 255) as f32)));
-    {
-        let albedo = Albedo::Halves(halves.collect());
-        Columns::new(&sources, &order, albedo, Splats::default(), true, &linear(), &|_| ())
-    }
+    let albedo = Albedo::Halves(halves.collect());
+    Columns::new(&sources, order, albedo, Splats::default(), true, &linear(), &|_| ())
 }
 
 fn linear() -> [f32; 256] {
@@ -170,7 +168,7 @@ fn solid_and_sheet(only_sheet: bool) -> Columns {
     };
     let order: Vec<u32> = (0..count as u32).collect();
     let albedo = Albedo::Same([0.5; 3]);
-    Columns::new(&sources, &order, albedo, Splats::default(), false, &linear(), &|_| ())
+    Columns::new(&sources, order, albedo, Splats::default(), false, &linear(), &|_| ())
 }
 
 /// Invariant: what sticks out past a rim looks as the rim does, nothing vanishes, and thin sheets keep their backs

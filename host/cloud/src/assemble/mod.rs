@@ -10,6 +10,7 @@ mod mesh;
 mod position;
 mod shape;
 mod sides;
+mod trajectory;
 mod vectors;
 
 use crate::cloud::Cloud;

@@ -1,6 +1,7 @@
 //! Normals, radii and tangents.
 
 use super::position::Positions;
+use super::sides::Scanners;
 use super::vectors::{flat, take_vectors};
 use super::{mesh, sides};
 use crate::cloud::buffer::Buffer;
@@ -61,8 +62,9 @@ pub(super) fn take(
         Search { positions: &placed.positions, progress: &searching, neighbours: None };
     let progress = part(options.progress, orienting);
     let are_estimated = given_normals.is_none();
-    let n = placed.positions.len();
-    let looks_around = are_estimated && !table.is_part && sides::looks_around(source, n, summary);
+    let scanners = if are_estimated { Scanners::of(table, placed, source) } else { None };
+    let looks_around =
+        are_estimated && !table.is_part && sides::looks_around(table, scanners.as_ref(), summary);
     // About half of the time goes into which side a plane faces.
     let fitted = if looks_around { 0.5 } else { SOFTENING };
     let [fitting, turning] = [part(&progress, 0.0..fitted), part(&progress, fitted..SOFTENING)];
@@ -85,7 +87,9 @@ pub(super) fn take(
             &part(&progress, SOFTENING..1.0),
         )?;
         // What is known of a side counts last, for soft normals too.
-        sides::face_scanners(table, placed, source.scanners(), &mut normals, summary);
+        if let Some(scanners) = &scanners {
+            sides::face_scanners(table, placed, scanners, &mut normals, summary);
+        }
     }
     let progress = part(options.progress, covering);
     let estimates = if needs_radii {

@@ -2,6 +2,7 @@
 //! where it stood, and else the one that can be seen.
 
 use super::position::Positions;
+use super::trajectory::Trajectory;
 use crate::cloud::source::Source;
 use crate::memory;
 use crate::summary::Summary;
@@ -21,9 +22,54 @@ const FEWEST: usize = 1000;
 /// 890 MB in all, of which it touched 50 MB.
 const ADDRESSES: u64 = 4;
 
-/// Whether the side of so many normals takes a look around, and there is the memory for it.
-pub(super) fn looks_around(source: &Source, n: usize, summary: &mut Summary) -> bool {
-    let knows_all = source.scanners().is_some_and(|all| all.iter().all(Option::is_some));
+/// Where the devices stood that took a table's points.
+pub(super) enum Scanners {
+    /// One for each scan, relative to the cloud's origin.
+    Still(Vec<Option<DVec3>>),
+    /// They moved.
+    Moving(Trajectory),
+}
+
+impl Scanners {
+    /// As the file says, or else as pulses tell that came back several times; `None` where nothing does.
+    pub(super) fn of(table: &Table, placed: &Positions, source: &Source) -> Option<Self> {
+        if let Some(scanners) = source.scanners() {
+            let offset = |place: Option<DVec3>| place.map(|place| place - placed.origin);
+            return Some(Self::Still(scanners.into_iter().map(offset).collect()));
+        }
+        Trajectory::of(table, placed).map(Self::Moving)
+    }
+
+    /// For each point where its device was, relative to the cloud's origin.
+    fn places<'a>(&'a self, table: &'a Table) -> Box<dyn Iterator<Item = Option<DVec3>> + 'a> {
+        match self {
+            Self::Still(scanners) => {
+                let numbers = table.woven(&[SCAN]).map(|numbers| numbers.iter_f64());
+                // Without a column of numbers there is one scan.
+                let numbers = numbers.into_iter().flatten().chain(std::iter::repeat(0.0));
+                let place = |number: f64| scanners.get(number.max(0.0) as usize).copied().flatten();
+                Box::new(numbers.take(table.n_rows).map(place))
+            }
+            Self::Moving(trajectory) => Box::new(trajectory.places(table)),
+        }
+    }
+
+    fn knows_all(&self, table: &Table) -> bool {
+        match self {
+            Self::Still(scanners) => scanners.iter().all(Option::is_some),
+            Self::Moving(_) => self.places(table).all(|place| place.is_some()),
+        }
+    }
+}
+
+/// Whether the side of a table's normals takes a look around, and there is the memory for it.
+pub(super) fn looks_around(
+    table: &Table,
+    scanners: Option<&Scanners>,
+    summary: &mut Summary,
+) -> bool {
+    let n = table.n_rows;
+    let knows_all = scanners.is_some_and(|scanners| scanners.knows_all(table));
     if n < FEWEST || knows_all {
         return false;
     }
@@ -38,23 +84,18 @@ pub(super) fn looks_around(source: &Source, n: usize, summary: &mut Summary) -> 
     has_room
 }
 
-/// Turns normals towards the device that saw their point; points of scans without one stay as they are.
+/// Turns normals towards the device that saw their point; points without one stay as they are.
 pub(super) fn face_scanners(
     table: &Table,
     placed: &Positions,
-    scanners: Option<Vec<Option<DVec3>>>,
+    scanners: &Scanners,
     normals: &mut [Vec3],
     summary: &mut Summary,
 ) {
-    let Some(scanners) = scanners else { return };
-    let offsets: Vec<Option<DVec3>> =
-        scanners.iter().map(|place| place.map(|place| place - placed.origin)).collect();
-    let mut numbers = table.woven(&[SCAN]).map(|numbers| numbers.iter_f64());
     let counts = &mut summary.normals;
-    for (position, normal) in placed.positions.iter().zip(normals) {
-        // Without a column of numbers there is one scan.
-        let number = numbers.as_mut().map_or(Some(0.0), Iterator::next).unwrap_or(0.0);
-        let scanner = offsets.get(number.max(0.0) as usize).copied().flatten();
+    for ((position, normal), scanner) in
+        placed.positions.iter().zip(normals).zip(scanners.places(table))
+    {
         let Some(scanner) = scanner else { continue };
         let to_scanner = scanner - position.as_dvec3();
         counts.towards_scanner += 1;
@@ -62,6 +103,9 @@ pub(super) fn face_scanners(
             *normal = -*normal;
             counts.turned += 1;
         }
+    }
+    if let Scanners::Moving(trajectory) = scanners {
+        summary.trajectory = Some(trajectory.facts);
     }
 }
 

@@ -29,7 +29,7 @@ const WORTHWHILE: f64 = 0.7;
 /// takes more memory than the cloud itself, and lives no longer.
 const TOGETHER: u32 = 4;
 /// Parts of so many blocks that a thread makes before merged surfels are put to those of the cloud.
-const AT_A_TIME: usize = 4;
+const AT_A_TIME: usize = 2;
 
 /// What the blocks of a cloud are.
 pub(crate) struct Tree {

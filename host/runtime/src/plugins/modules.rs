@@ -57,7 +57,7 @@ mod absent {
         "is a WebAssembly module, and this program was built without the sandbox that runs modules: \
          build it with the Cargo feature `sandbox`, or build the plugin as a library"
     )]
-    pub struct Unfit;
+    pub(crate) struct Unfit;
 
     /// Refuses every module.
     pub(in crate::plugins) fn read(

@@ -244,7 +244,7 @@ impl Columns {
                     tell(ORDERED + (1.0 - ORDERED) * fraction);
                 };
                 let splats = drawn.splats(&order, n_whole);
-                let columns = columns_of(&drawn.sources, &order, albedo, splats, merged, &told);
+                let columns = columns_of(&drawn.sources, order, albedo, splats, merged, &told);
                 self.n_orders += 1;
                 self.on_host.push(OnHost {
                     drawn: drawn.columns.clone(),

@@ -92,7 +92,7 @@ static LINEAR_OF_SRGB: LazyLock<[f32; 256]> =
 /// `merged` ones.
 pub(crate) fn columns(
     sources: &Sources<'_>,
-    order: &[u32],
+    order: Vec<u32>,
     albedo: Albedo,
     splats: Splats,
     merged: bool,

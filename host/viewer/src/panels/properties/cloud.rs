@@ -167,6 +167,10 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
         (summary.n_dropped - summary.n_too_large, "dropped: not finite"),
         (summary.n_too_large, "dropped: coordinates above 8.5e37"),
         (summary.normals.estimated + summary.normals.repaired, "normals estimated"),
+        (summary.normals.towards_scanner, "of them face the scanner"),
+        (summary.normals.towards_free_space, "of them face free space"),
+        (summary.normals.of_unsure_side, "of them are of unsure side"),
+        (summary.normals.turned, "of them turned round for it"),
         (summary.radii.estimated, "radii estimated"),
         (summary.radii.clamped, "radii shortened"),
     ];
