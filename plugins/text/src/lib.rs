@@ -1,10 +1,10 @@
 //! # Text: clouds as lines of numbers
 //!
-//! | format | files                       | what it reads and writes                                      |
-//! |--------|-----------------------------|---------------------------------------------------------------|
-//! | `xyz`  | `.xyz` `.txt` `.asc` `.csv` | a line for each point; its columns are named, set or guessed  |
-//! | `pts`  | `.pts`                      | the number of points, then x y z, intensity, colour           |
-//! | `ptx`  | `.ptx`                      | scans with a grid and a pose, then x y z, intensity, colour   |
+//! | format | files                              | what it reads and writes                                      |
+//! |--------|------------------------------------|---------------------------------------------------------------|
+//! | `xyz`  | `.xyz` `.txt` `.asc` `.csv` `.tsv` | a line for each point; its columns are named, set or guessed  |
+//! | `pts`  | `.pts`                             | the number of points, then x y z, intensity, colour           |
+//! | `ptx`  | `.ptx`                             | scans with a grid and a pose, then x y z, intensity, colour   |
 //!
 //! Each format's file opens with its rules. All of them: `z` points up; line ends are LF, CR or both; lines that
 //! cannot be read are left out and counted in one warning, and from 1 % on the file is refused; words such as

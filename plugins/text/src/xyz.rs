@@ -21,7 +21,7 @@
 //! be read. A type can be set behind a name: `x,y,z,r:u16,g:u16,b:u16`. Missing numbers are NaN.
 //!
 //! Written is every column, with the fewest digits that are read as the same numbers. `delimiter` `auto` is a comma
-//! in `.csv` and a space elsewhere. Triangles have no place.
+//! in `.csv`, a tabulator in `.tsv` and a space elsewhere. Triangles have no place.
 //!
 //! ```text
 //! surfelshop info scan.csv
@@ -82,8 +82,13 @@ impl surfelshop_api::Format for Xyz {
         "XYZ and CSV",
         "Tables of points as lines of text, with columns that are named, set or guessed.",
     );
-    const FILES: FileTypes =
-        FileTypes::new().ending("xyz").ending("txt").ending("asc").ending("csv").written();
+    const FILES: FileTypes = FileTypes::new()
+        .ending("xyz")
+        .ending("txt")
+        .ending("asc")
+        .ending("csv")
+        .ending("tsv")
+        .written();
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {
@@ -142,8 +147,12 @@ impl surfelshop_api::Format for Xyz {
         file: &FileSink,
         job: &Job<'_>,
     ) -> Result<Vec<String>> {
-        let is_csv = file.name().to_ascii_lowercase().ends_with(".csv");
-        let usual = if is_csv { Delimiter::Comma } else { Delimiter::Space };
+        let name = file.name().to_ascii_lowercase();
+        let usual = match name.rsplit('.').next() {
+            Some("csv") => Delimiter::Comma,
+            Some("tsv") => Delimiter::Tab,
+            _ => Delimiter::Space,
+        };
         let delimiter = separator(params.delimiter).unwrap_or(usual);
         write_table(clouds, delimiter, params.header, file, job)
     }

@@ -77,9 +77,11 @@ pub(super) fn take(
         summary,
     )?;
     if are_estimated {
-        if looks_around {
-            sides::face_what_is_seen(placed, source, &mut normals, &turning, summary)?;
-        }
+        let seen = if looks_around {
+            sides::face_what_is_seen(placed, source, &mut normals, &turning, summary)?
+        } else {
+            Vec::new()
+        };
         normals::soften(
             search.neighbours()?,
             &mut normals,
@@ -88,7 +90,7 @@ pub(super) fn take(
         )?;
         // What is known of a side counts last, for soft normals too.
         if let Some(scanners) = &scanners {
-            sides::face_scanners(table, placed, scanners, &mut normals, summary);
+            sides::face_scanners(table, placed, scanners, &planarity, &seen, &mut normals, summary);
         }
     }
     let progress = part(options.progress, covering);

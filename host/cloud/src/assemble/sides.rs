@@ -9,11 +9,15 @@ use crate::summary::Summary;
 use crate::table::Table;
 use glam::{DVec3, Vec3};
 use surfelshop_api::format::SCAN;
+use surfelshop_geometry::radii::PLANAR;
 use surfelshop_geometry::sides::{self, Hints};
 use surfelshop_geometry::{Cancelled, Progress};
 
 /// Certainty below which it is a guess which way round a whole scan is.
 const GUESS: f32 = 0.2;
+
+/// Confidence from which on a side counts as decided, as [`sides::by_visibility`] counts.
+const DECIDED: f32 = 0.25;
 
 /// Fewest points of which it is asked what can be seen: fewer make no surface that hides another.
 const FEWEST: usize = 1000;
@@ -54,10 +58,12 @@ impl Scanners {
         }
     }
 
-    fn knows_all(&self, table: &Table) -> bool {
+    /// Whether they say the side of every normal. Of what moved they say that of surfaces: leaves are no surface, and
+    /// face free space, which is around them and not where an aeroplane is.
+    fn know_all(&self) -> bool {
         match self {
             Self::Still(scanners) => scanners.iter().all(Option::is_some),
-            Self::Moving(_) => self.places(table).all(|place| place.is_some()),
+            Self::Moving(_) => false,
         }
     }
 }
@@ -69,8 +75,7 @@ pub(super) fn looks_around(
     summary: &mut Summary,
 ) -> bool {
     let n = table.n_rows;
-    let knows_all = scanners.is_some_and(|scanners| scanners.knows_all(table));
-    if n < FEWEST || knows_all {
+    if n < FEWEST || scanners.is_some_and(Scanners::know_all) {
         return false;
     }
     let has_room = memory::ask_for_threads(sides::memory(n).saturating_mul(ADDRESSES)).is_ok();
@@ -84,21 +89,32 @@ pub(super) fn looks_around(
     has_room
 }
 
-/// Turns normals towards the device that saw their point; points without one stay as they are.
+/// Turns normals towards the device that saw their point; points without one stay as they are, and so do those of no
+/// surface where the device moved. `seen` is the confidence that there was before in each side, where there was any.
 pub(super) fn face_scanners(
     table: &Table,
     placed: &Positions,
     scanners: &Scanners,
+    planarity: &[f32],
+    seen: &[f32],
     normals: &mut [Vec3],
     summary: &mut Summary,
 ) {
     let counts = &mut summary.normals;
-    for ((position, normal), scanner) in
-        placed.positions.iter().zip(normals).zip(scanners.places(table))
-    {
-        let Some(scanner) = scanner else { continue };
+    let points = placed.positions.iter().zip(normals).zip(scanners.places(table));
+    for (i, ((position, normal), scanner)) in points.enumerate() {
+        let is_surface = planarity.get(i).is_none_or(|planarity| *planarity >= PLANAR);
+        let counts_here = is_surface || matches!(scanners, Scanners::Still(_));
+        let Some(scanner) = scanner.filter(|_| counts_here) else { continue };
         let to_scanner = scanner - position.as_dvec3();
         counts.towards_scanner += 1;
+        if let Some(&confidence) = seen.get(i) {
+            let before = match confidence >= DECIDED {
+                true => &mut counts.towards_free_space,
+                false => &mut counts.of_unsure_side,
+            };
+            *before = before.saturating_sub(1);
+        }
         if normal.as_dvec3().dot(to_scanner) < 0.0 {
             *normal = -*normal;
             counts.turned += 1;
@@ -110,7 +126,7 @@ pub(super) fn face_scanners(
 }
 
 /// Turns normals to the side that can be seen. Where nothing tells which way round the whole is, most normals
-/// stay as they were estimated.
+/// stay as they were estimated. For each normal, how sure its side is.
 ///
 /// # Errors
 /// Where `progress` asks to stop.
@@ -120,7 +136,7 @@ pub(super) fn face_what_is_seen(
     normals: &mut [Vec3],
     progress: Progress<'_>,
     summary: &mut Summary,
-) -> Result<(), Cancelled> {
+) -> Result<Vec<f32>, Cancelled> {
     let metres = source.metres().map(|metres| metres as f32);
     let hints = Hints { up: up(source), metres, ..Hints::default() };
     let found = sides::by_visibility(&placed.positions, normals, &hints, progress)?;
@@ -142,7 +158,7 @@ pub(super) fn face_what_is_seen(
                 .to_owned(),
         );
     }
-    Ok(())
+    Ok(found.confidence)
 }
 
 /// The direction that is up, where the file says so.

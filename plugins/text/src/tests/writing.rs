@@ -55,6 +55,7 @@ fn tables_with_names_are_read_as_they_were() {
     let cloud = everything(100);
     for (name, delimiter) in [
         ("a.csv", Separator::Auto),
+        ("a.tsv", Separator::Auto),
         ("a.xyz", Separator::Auto),
         ("a.txt", Separator::Semicolon),
         ("a.asc", Separator::Tab),
@@ -76,6 +77,8 @@ fn tables_with_names_are_read_as_they_were() {
     }
     let (text, _) = write_with::<Xyz>(std::slice::from_ref(&cloud), "a.CSV", &Settings::default());
     assert!(text.starts_with("x,y,z,nx,ny,nz,r,g,b,radius,"), "{}", &text[..80]);
+    let (text, _) = write_with::<Xyz>(std::slice::from_ref(&cloud), "a.tsv", &Settings::default());
+    assert!(text.starts_with("x\ty\tz\tnx\t"), "{}", &text[..80]);
     let settings = Settings { header: false, ..Settings::default() };
     let (text, _) =
         write_with::<Xyz>(&[StoredCloud::new(&[[1.5, 2.0, -3.25]])], "a.xyz", &settings);

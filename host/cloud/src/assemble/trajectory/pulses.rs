@@ -7,12 +7,12 @@ use surfelshop_api::format::{GPS_TIME, N_RETURNS, POINT_SOURCE, RETURN_NUMBER};
 /// Channel of a scanner with several, as LAS 1.4 has it.
 const CHANNEL: &str = "scanner_channel";
 
-/// Returns that are looked at, about: those of a pulse together, pulses evenly over all times. 24 bytes each.
+/// Returns that are looked at, about: those of a pulse together, pulses evenly over all times. 32 bytes each.
 const MOST: usize = 1 << 20;
 
 /// What sent a pulse: the number of its flight line or device, and its channel.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub(super) struct Device([f32; 2]);
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Device([u32; 2]);
 
 /// A pulse with several returns.
 #[derive(Clone, Copy, Debug)]
@@ -38,8 +38,9 @@ struct Return {
 pub(super) fn devices(table: &Table) -> impl Iterator<Item = Device> {
     let numbers = |name: &str| {
         let column = table.woven(&[name]).map(|numbers| numbers.iter_f64());
-        let all = column.into_iter().flatten().map(|number| number as f32);
-        all.chain(std::iter::repeat(0.0))
+        // What is no number is of device 0.
+        let all = column.into_iter().flatten().map(|number| number as u32);
+        all.chain(std::iter::repeat(0))
     };
     let sources = numbers(POINT_SOURCE).zip(numbers(CHANNEL)).take(table.n_rows);
     sources.map(|(source, channel)| Device([source, channel]))
@@ -56,7 +57,9 @@ pub(super) fn pulses(table: &Table, positions: &[Vec3]) -> Option<Vec<Pulse>> {
     // One in so many, the same for all returns of a pulse.
     let every = n.div_ceil(MOST).max(1) as u64;
     let mut returns: Vec<Return> = Vec::new();
-    returns.try_reserve(n / every as usize + n / 16).ok()?;
+    // By chance a few more are chosen than their share.
+    let share = n / every as usize;
+    returns.try_reserve(share + share / 16 + 1000).ok()?;
     let all = devices(table).zip(times).zip(numbers).zip(counts()).enumerate();
     for (row, (((device, time), number), count)) in all {
         let is_one = time.is_finite() && number.is_finite() && count >= 2.0;
@@ -65,9 +68,9 @@ pub(super) fn pulses(table: &Table, positions: &[Vec3]) -> Option<Vec<Pulse>> {
             returns.push(Return { device, time, number, row });
         }
     }
-    let order = |one: &Return| (one.device, one.time, one.number, one.row);
     returns.sort_unstable_by(|a, b| {
-        order(a).partial_cmp(&order(b)).unwrap_or(std::cmp::Ordering::Equal)
+        let of_pulse = a.device.cmp(&b.device).then(a.time.total_cmp(&b.time));
+        of_pulse.then(a.number.total_cmp(&b.number)).then(a.row.cmp(&b.row))
     });
     let place = |one: &Return| positions[one.row as usize].as_dvec3();
     let of_pulse = returns.chunk_by(|a, b| a.device == b.device && a.time == b.time);

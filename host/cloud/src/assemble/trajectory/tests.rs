@@ -1,5 +1,9 @@
 use super::*;
+use crate::assemble::sides::{Scanners, face_scanners};
 use crate::cloud::buffer::Buffer;
+use crate::cloud::source::Source;
+use crate::options::ReadOptions;
+use crate::summary::Summary;
 use crate::table::Field;
 use glam::Vec3;
 use surfelshop_api::format::{N_RETURNS, POINT_SOURCE, RETURN_NUMBER};
@@ -105,6 +109,13 @@ fn rays_that_do_not_meet_tell_no_path() {
     let timeless: Vec<_> = rows.iter().map(|row| (row.0, f64::NAN, row.2, row.3, row.4)).collect();
     let (of_timeless, placed) = table(&timeless);
     assert!(Trajectory::of(&of_timeless, &placed).is_none());
+    // Numbers that are none.
+    let (mut numberless, placed) = table(&rows);
+    for field in &mut numberless.fields {
+        let numbers = (0..n).map(|i| if i % 3 == 0 { f64::NAN } else { (i % 5) as f64 }).collect();
+        field.values = Buffer::F64(numbers);
+    }
+    assert!(Trajectory::of(&numberless, &placed).is_none());
     let (empty, placed) = table(&[]);
     assert!(Trajectory::of(&empty, &placed).is_none());
 }
@@ -122,4 +133,44 @@ fn a_path_ends_where_its_pulses_end() {
     let (of_others, _) = table(&flown(8, 0.01, false));
     let other = devices(&of_others).next().unwrap();
     assert!(trajectory.at(other, 300_001.0).is_none());
+}
+
+/// Costs 0.3 s.
+#[test]
+fn surfaces_face_the_path_of_their_scanner() {
+    let rows = flown(7, 6.0, false);
+    let (mut table, _) = table(&rows);
+    let coordinates = rows.iter().flat_map(|row| row.4.to_array()).collect();
+    let names = ["x", "y", "z"].map(str::to_owned).to_vec();
+    table.fields.push(Field { names, values: Buffer::F64(coordinates) });
+    let loaded = crate::assemble::cloud(table, Source::default(), &ReadOptions::default()).unwrap();
+    let summary = &loaded.summary;
+    assert!(summary.trajectory.is_some());
+    let counts = &summary.normals;
+    let sides = counts.towards_scanner + counts.towards_free_space + counts.of_unsure_side;
+    assert_eq!(sides, rows.len() as u64);
+    assert!(counts.towards_scanner > 9 * sides / 10, "{counts:?}");
+    let grounds = loaded.cloud.normals().iter().zip(&rows).filter(|(_, row)| row.4.z == 0.0);
+    assert!(grounds.into_iter().all(|(normal, _)| normal.z > 0.0));
+}
+
+#[test]
+fn what_is_no_surface_keeps_its_side() {
+    let rows = flown(7, 3.0, false);
+    let (table, placed) = table(&rows);
+    let scanners = Scanners::Moving(Trajectory::of(&table, &placed).unwrap());
+    let mut normals = vec![Vec3::NEG_Z; rows.len()];
+    let planarity: Vec<f32> = (0..rows.len()).map(|i| (i % 2) as f32).collect();
+    // All were of unsure side.
+    let seen = vec![0.0; rows.len()];
+    let mut summary = Summary::default();
+    summary.normals.of_unsure_side = rows.len() as u64;
+    face_scanners(&table, &placed, &scanners, &planarity, &seen, &mut normals, &mut summary);
+    for (i, normal) in normals.iter().enumerate() {
+        assert_eq!(normal.z > 0.0, i % 2 == 1);
+    }
+    let counts = summary.normals;
+    assert_eq!(counts.towards_scanner, rows.len() as u64 / 2);
+    assert_eq!(counts.turned, counts.towards_scanner);
+    assert_eq!(counts.of_unsure_side + counts.towards_scanner, rows.len() as u64);
 }
