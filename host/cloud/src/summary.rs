@@ -59,11 +59,14 @@ pub struct Trajectory {
 impl fmt::Display for Trajectory {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pulses = in_groups(self.n_pulses);
+        // Three digits, as many as are sure.
+        let digits = (2.0 - self.distance.log10().floor()).clamp(0.0, 20.0) as usize;
         let (distance, miss) = (self.distance, 100.0 * self.miss);
         write!(
             out,
-            "from {pulses} pulses with several returns: {distance:.0} units from the points, missed by {miss:.2} % of \
-             that"
+            "from {pulses} pulses with several returns, in {} pieces: {distance:.digits$} units of the file from the \
+             points, missed by at most {miss:.2} % of that",
+            self.n_pieces
         )
     }
 }

@@ -144,19 +144,21 @@ fn ring() -> Surfels {
     surfels
 }
 
-/// A parabolic mirror with its focus at a wall.
+/// A parabolic mirror, and a wall where it gathers the light of a lamp that stands below the wall.
 fn dish() -> Surfels {
     let mut surfels = Surfels::default();
-    surfels.rectangle(DVec3::new(0.0, 0.6, -0.8), DVec3::X * 1.0, DVec3::Y * 1.0, [140, 140]);
+    // The lamp stands at (0, -1, -2). Of the focal length 0.8 the mirror has its image 1.25 before the middle, as
+    // far above the axis as the lamp is below it.
+    surfels.rectangle(DVec3::new(0.0, 0.9, -1.1), DVec3::X * 1.0, DVec3::Y * 0.75, [140, 105]);
     let n = 200;
     for i in 0..n {
         for j in 0..n {
             let [x, y] = [i, j].map(|k| 1.6 * ((k as f64 + 0.5) / n as f64 - 0.5));
-            // z = r^2 / (4 f) with the focus 0.8 in front of the middle.
-            let z = (x * x + y * y) / 3.2;
-            let normal = DVec3::new(x / 1.6, y / 1.6, -1.0);
+            // It opens towards -z: z = -r^2 / (4 f).
+            let z = -(x * x + y * y) / 3.2;
+            let normal = DVec3::new(-x / 1.6, -y / 1.6, -1.0);
             if x * x + y * y < 0.64 {
-                surfels.push(DVec3::new(x, y, -z), normal, 0.0065);
+                surfels.push(DVec3::new(x, y, z), normal, 0.0065);
             }
         }
     }

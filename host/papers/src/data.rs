@@ -23,6 +23,9 @@ struct OfPaper {
     key: String,
     names: Vec<String>,
     of: String,
+    /// What the paper shows where this is another model.
+    #[serde(default)]
+    instead_of: String,
     stand_in: String,
     /// Options with which it is drawn, where a step has none of them: from where it is seen, what is up.
     #[serde(default)]
@@ -108,14 +111,15 @@ impl Data {
     pub(crate) fn found(&self, key: &str) -> anyhow::Result<Found> {
         if let Some(file) = self.listed.file.iter().find(|file| file.key == key) {
             let path = file.names.iter().find_map(|name| self.files.get(name));
+            let other = Some(file.instead_of.clone()).filter(|of| !of.is_empty());
             return match path {
                 Some(path) => {
                     let meaning = Meaning::File { path: path.clone(), of: file.of.clone() };
-                    Ok(Found { meaning, stands_in_for: None, view: file.view.clone() })
+                    Ok(Found { meaning, stands_in_for: other, view: file.view.clone() })
                 }
                 None => {
                     let found = self.found(&file.stand_in)?;
-                    Ok(Found { stands_in_for: Some(file.of.clone()), ..found })
+                    Ok(Found { stands_in_for: other.or_else(|| Some(file.of.clone())), ..found })
                 }
             };
         }
@@ -181,6 +185,14 @@ mod tests {
         let data = Data::find(Some(folder.path()), folder.path()).unwrap();
         let found = data.found("igea").unwrap();
         assert!(found.stands_in_for.is_none());
+        // Another model stands in, whosever it is.
+        std::fs::write(folder.path().join("models/horse_points.ply"), "ply").unwrap();
+        for user in [None, Some(folder.path())] {
+            let found = Data::find(user, folder.path()).unwrap().found("gnome").unwrap();
+            assert_eq!(found.stands_in_for.as_deref(), Some("the Gnome, 54,772 points"));
+        }
+        let data = Data::find(Some(folder.path()), folder.path()).unwrap();
+        let found = data.found("igea").unwrap();
         assert!(
             matches!(found.meaning, Meaning::File { path, .. } if path.ends_with("igea_points.ply"))
         );

@@ -57,7 +57,7 @@ mod absent {
         "is a WebAssembly module, and this program was built without the sandbox that runs modules: \
          build it with the Cargo feature `sandbox`, or build the plugin as a library"
     )]
-    pub(crate) struct Unfit;
+    pub struct Unfit;
 
     /// Refuses every module.
     pub(in crate::plugins) fn read(

@@ -37,7 +37,7 @@ pub fn lens(lens: &LensArguments, clouds: &Clouds) -> LensArguments {
                 && is_outside(&clouds, eye)
             {
                 terminal::note(
-                    "--camera inside: this is where the file says its scanner stood, outside of what it scanned",
+                    "--camera inside: this is where its scanner stood, outside of what it scanned",
                 );
             }
             found.unwrap_or_else(|| {

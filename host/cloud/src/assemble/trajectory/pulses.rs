@@ -8,7 +8,7 @@ use surfelshop_api::format::{GPS_TIME, N_RETURNS, POINT_SOURCE, RETURN_NUMBER};
 const CHANNEL: &str = "scanner_channel";
 
 /// Returns that are looked at, about: those of a pulse together, pulses evenly over all times. 32 bytes each.
-const MOST: usize = 1 << 20;
+pub(super) const MOST: usize = 1 << 20;
 
 /// What sent a pulse: the number of its flight line or device, and its channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,6 +64,10 @@ pub(super) fn pulses(table: &Table, positions: &[Vec3]) -> Option<Vec<Pulse>> {
     for (row, (((device, time), number), count)) in all {
         let is_one = time.is_finite() && number.is_finite() && count >= 2.0;
         if is_one && is_chosen(time, every) {
+            // Where very many have one time, times tell no pulses.
+            if returns.len() == returns.capacity() {
+                return None;
+            }
             let (number, row) = (number as f32, u32::try_from(row).ok()?);
             returns.push(Return { device, time, number, row });
         }

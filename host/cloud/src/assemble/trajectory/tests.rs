@@ -1,3 +1,4 @@
+use super::pulses::MOST;
 use super::*;
 use crate::assemble::sides::{Scanners, face_scanners};
 use crate::cloud::buffer::Buffer;
@@ -116,6 +117,11 @@ fn rays_that_do_not_meet_tell_no_path() {
         field.values = Buffer::F64(numbers);
     }
     assert!(Trajectory::of(&numberless, &placed).is_none());
+    // More points of one time than are looked at.
+    let many: Vec<_> =
+        (0..MOST + 100_000).map(|i| (7, 0.0, i as u8 % 2 + 1, 2, rows[i % n].4)).collect();
+    let (of_many, placed) = table(&many);
+    assert!(Trajectory::of(&of_many, &placed).is_none());
     let (empty, placed) = table(&[]);
     assert!(Trajectory::of(&empty, &placed).is_none());
 }
