@@ -191,8 +191,6 @@ mod tests {
             let found = Data::find(user, folder.path()).unwrap().found("gnome").unwrap();
             assert_eq!(found.stands_in_for.as_deref(), Some("the Gnome, 54,772 points"));
         }
-        let data = Data::find(Some(folder.path()), folder.path()).unwrap();
-        let found = data.found("igea").unwrap();
         assert!(
             matches!(found.meaning, Meaning::File { path, .. } if path.ends_with("igea_points.ply"))
         );

@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 
 /// Fewest pulses of a piece: six numbers are fitted, and outliers told from the rest.
 const FEWEST: usize = 32;
-/// Rounds of weighing outliers down; the weights settle within half of them.
+/// Rounds of weighing outliers down.
 const ROUNDS: usize = 10;
 /// Deviation that a place may have, as a share of the distance to the points: a tenth is 6 degrees, by which no
 /// normal's side is wrong but of those that stand on edge.
@@ -148,7 +148,7 @@ impl Ray {
 }
 
 /// `None` of none, and where one is not a number.
-fn median(mut values: Vec<f64>) -> Option<f64> {
+pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     if values.is_empty() || values.iter().any(|value| value.is_nan()) {
         return None;
     }

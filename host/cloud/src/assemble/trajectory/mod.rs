@@ -13,7 +13,7 @@ mod pulses;
 use super::position::Positions;
 use crate::summary::Trajectory as Facts;
 use crate::table::Table;
-use fit::fitted;
+use fit::{fitted, median};
 use glam::DVec3;
 use pulses::{Device, devices, pulses};
 use surfelshop_api::format::GPS_TIME;
@@ -69,9 +69,7 @@ impl Trajectory {
                 velocity: found.velocity,
             });
         }
-        let middle = distances.len() / 2;
-        let distance = (!distances.is_empty())
-            .then(|| *distances.select_nth_unstable_by(middle, f64::total_cmp).1)?;
+        let distance = median(distances)?;
         let facts = Facts { n_pulses, n_pieces: pieces.len() as u64, distance, miss: worst };
         Some(Self { pieces, facts })
     }
