@@ -48,6 +48,8 @@ pub struct Ramp {
     pub scale: Scale,
     /// The numbers at its ends, the lower first; both above 0 on a logarithmic scale.
     pub range: [f64; 2],
+    /// Whether there are numbers below and above it, which have the colours of its ends.
+    pub beyond: [bool; 2],
 }
 
 /// Categories, each with a colour.
@@ -241,7 +243,9 @@ fn ramp(source: &ColorSource, known: &Statistics, map: ColorMap) -> Result<Ramp,
         };
     }
     let range = if high > low { [low, high] } else { around(low, scale) };
-    Ok(Ramp { attribute, map, scale, range })
+    let beyond =
+        known.ends().map_or([false; 2], |[least, most]| [least < range[0], most > range[1]]);
+    Ok(Ramp { attribute, map, scale, range, beyond })
 }
 
 /// A range around a number that all share: it has the colour of the middle.

@@ -27,6 +27,8 @@ pub enum LegendBody {
         colors: Vec<[u8; 3]>,
         /// Its labels.
         ticks: Vec<Tick>,
+        /// Whether there are numbers below and above its ends: such an end is drawn pointed.
+        beyond: [bool; 2],
     },
     /// A list.
     List(Vec<LegendEntry>),
@@ -72,6 +74,7 @@ fn of_ramp(ramp: &Ramp) -> Legend {
         body: LegendBody::Ramp {
             colors: ramp.map.colors().to_vec(),
             ticks: ticks(ramp.range, ramp.scale),
+            beyond: ramp.beyond,
         },
     }
 }

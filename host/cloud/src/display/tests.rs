@@ -152,7 +152,10 @@ fn the_range_is_of_all_clouds_together() {
     settings.color.range = [RangeEnd::Percent(0.0), RangeEnd::Percent(100.0)];
     let together = Display::new(&settings, &[&low, &high]).unwrap();
     let Colors::Ramp(ramp) = together.colors() else { panic!("no ramp") };
-    assert_eq!(ramp.range, [0.0, 10.0]);
+    assert_eq!((ramp.range, ramp.beyond), ([0.0, 10.0], [false, false]));
+    settings.color.range = [RangeEnd::Value(0.0), RangeEnd::Value(9.5)];
+    let narrower = Display::new(&settings, &[&low, &high]).unwrap();
+    assert!(matches!(narrower.colors(), Colors::Ramp(ramp) if ramp.beyond == [false, true]));
     let map = ColorMap::Viridis.colors();
     assert_eq!(colors(&together.of(&high).unwrap().cloud)[1], map[255]);
     assert_eq!(colors(&together.of(&low).unwrap().cloud)[0], map[0]);

@@ -54,9 +54,10 @@ pub(super) fn legend(legend: Option<&Legend>) -> Value {
     let Some(legend) = legend else { return Value::Null };
     let color = |[red, green, blue]: [u8; 3]| format!("#{red:02x}{green:02x}{blue:02x}");
     match &legend.body {
-        LegendBody::Ramp { colors, ticks } => json!({
+        LegendBody::Ramp { colors, ticks, beyond } => json!({
             "title": heading(legend),
             "colors": colors.iter().copied().map(color).collect::<Vec<_>>(),
+            "beyond": beyond,
             "ticks": ticks.iter().map(|tick| json!([tick.share, tick.label])).collect::<Vec<_>>(),
         }),
         LegendBody::List(entries) => {

@@ -24,7 +24,9 @@ pub fn draw(image: &mut Image, legend: &Legend) {
     let text = Text { size: (shorter / LINES).max(SMALLEST).round() };
     let title = Line::new(&heading(legend), text.size);
     match &legend.body {
-        LegendBody::Ramp { colors, ticks } => ramp(image, &text, &title, colors, ticks),
+        LegendBody::Ramp { colors, ticks, beyond } => {
+            ramp(image, &text, &title, colors, ticks, *beyond);
+        }
         LegendBody::List(entries) => list(image, &text, &title, entries),
     }
 }
@@ -106,7 +108,14 @@ impl Text {
     }
 }
 
-fn ramp(image: &mut Image, text: &Text, title: &Line, colors: &[[u8; 3]], ticks: &[Tick]) {
+fn ramp(
+    image: &mut Image,
+    text: &Text,
+    title: &Line,
+    colors: &[[u8; 3]],
+    ticks: &[Tick],
+    beyond: [bool; 2],
+) {
     let size = text.size;
     let height = (RAMP[1] * size).min(text.room(image) - size).max(2.0 * size).round();
     let least = f64::from(1.2 * size / height);
@@ -116,7 +125,7 @@ fn ramp(image: &mut Image, text: &Text, title: &Line, colors: &[[u8; 3]], ticks:
         .collect();
     let widest = labels.iter().map(|(_, label)| label.width).fold(0.0, f32::max);
     let (bar, mark) = ((RAMP[0] * size).round(), (0.35 * size).round());
-    // Half a label stands out at either end.
+    // Half a label stands out at either end, or the point of the ramp.
     let half = (0.5 * size).round();
     let corner = [bar + mark + 0.4 * size + widest, height + 2.0 * half];
     let [x, y] = text.panel(image, title, corner);
@@ -128,6 +137,16 @@ fn ramp(image: &mut Image, text: &Text, title: &Line, colors: &[[u8; 3]], ticks:
         let Some(color) = colors.get(place) else { return };
         let top = y + row as f32;
         fill(image, [[x, top], [x + bar, top + 1.0]], unit(*color), 1.0);
+    }
+    if let (Some(lowest), Some(highest)) = (colors.first(), colors.last()) {
+        for row in 0..half as usize {
+            let row = row as f32;
+            let inset = 0.5 * bar * (row + 0.5) / half;
+            let ends = [(beyond[0], y + height + row, lowest), (beyond[1], y - 1.0 - row, highest)];
+            for (_, top, color) in ends.into_iter().filter(|(is_beyond, ..)| *is_beyond) {
+                fill(image, [[x + inset, top], [x + bar - inset, top + 1.0]], unit(*color), 1.0);
+            }
+        }
     }
     for (share, label) in &labels {
         let at = y + (1.0 - share) * (height - 1.0);
@@ -191,19 +210,23 @@ mod tests {
     fn ramp_legend() -> Legend {
         let colors = ColorMap::Viridis.colors().to_vec();
         let ticks = ticks([0.0, 12.5], Scale::Linear);
-        Legend { title: "height".into(), unit: None, body: LegendBody::Ramp { colors, ticks } }
+        Legend {
+            title: "height".into(),
+            unit: None,
+            body: LegendBody::Ramp { colors, ticks, beyond: [false, true] },
+        }
     }
 
     fn entry(i: u8, n: u64) -> LegendEntry {
         LegendEntry { color: [i, 200, 100], label: format!("{i} class"), n: Some(n) }
     }
 
+    fn is_near(pixel: &[f32], color: [u8; 3]) -> bool {
+        pixel[..3].iter().zip(unit(color)).all(|(a, b)| (a - b).abs() < 1e-6)
+    }
+
     fn has(image: &Image, color: [u8; 3]) -> bool {
-        let expected = unit(color);
-        image
-            .data
-            .chunks(4)
-            .any(|pixel| pixel[..3].iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6))
+        image.data.chunks(4).any(|pixel| is_near(pixel, color))
     }
 
     #[test]
@@ -214,6 +237,20 @@ mod tests {
             assert!(has(&image, ColorMap::Viridis.colors()[end]), "{end}");
         }
         assert!(image.data.chunks(4).any(|pixel| pixel[0] > 0.9), "there is text");
+        // Numbers lie beyond the upper end alone: rows there are narrower than the ramp.
+        let widths = |color| {
+            let rows = image.data.chunks(4 * 400).map(|row| {
+                row.chunks(4)
+                    .filter(|pixel| is_near(pixel, ColorMap::Viridis.colors()[color]))
+                    .count()
+            });
+            let rows: Vec<usize> = rows.filter(|n| *n > 0).collect();
+            [rows.iter().min().copied(), rows.iter().max().copied()]
+        };
+        let [least, most] = widths(255);
+        assert!(least < most, "{least:?} {most:?}");
+        let [least, most] = widths(0);
+        assert_eq!(least, most);
         let is_left = |(i, _): &(usize, &[f32])| i % 400 < 200 || i / 400 < 20;
         let outside = image.data.chunks(4).enumerate().filter(is_left);
         assert!(outside.into_iter().all(|(_, pixel)| pixel == [0.5, 0.5, 0.5, 1.0]));

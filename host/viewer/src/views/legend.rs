@@ -1,7 +1,7 @@
 //! What colours mean, over a picture in its lower right corner.
 
 use crate::theme::OVERLAY;
-use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
+use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2, vec2};
 use surfelshop_cloud::display::{Legend, LegendBody, LegendEntry, Tick};
 use surfelshop_session::output::legend::{apart, heading, listed};
 
@@ -22,7 +22,9 @@ pub(super) fn show(painter: &Painter, over: Rect, legend: &Legend) {
     }
     let title = heading(legend);
     match &legend.body {
-        LegendBody::Ramp { colors, ticks } => ramp(painter, over, &title, colors, ticks),
+        LegendBody::Ramp { colors, ticks, beyond } => {
+            ramp(painter, over, &title, colors, ticks, *beyond);
+        }
         LegendBody::List(entries) => list(painter, over, &title, entries),
     }
 }
@@ -41,7 +43,14 @@ fn panel(painter: &Painter, over: Rect, title: &str, inner: Vec2) -> Pos2 {
     at + vec2(0.0, LINE)
 }
 
-fn ramp(painter: &Painter, over: Rect, title: &str, colors: &[[u8; 3]], ticks: &[Tick]) {
+fn ramp(
+    painter: &Painter,
+    over: Rect,
+    title: &str,
+    colors: &[[u8; 3]],
+    ticks: &[Tick],
+    beyond: [bool; 2],
+) {
     let height = RAMP.y.min(over.height() - 4.0 * MARGIN - 2.0 * LINE);
     let ticks = apart(ticks, f64::from(0.9 * LINE / height));
     let widest = ticks.iter().map(|tick| width(painter, &tick.label)).fold(0.0, f32::max);
@@ -61,6 +70,16 @@ fn ramp(painter: &Painter, over: Rect, title: &str, colors: &[[u8; 3]], ticks: &
             0.0,
             Color32::from_rgb(red, green, blue),
         );
+    }
+    let middle = corner.x + 0.5 * RAMP.x;
+    for (is_beyond, color, edge, tip) in
+        [(beyond[0], colors.first(), height, 7.0), (beyond[1], colors.last(), 0.0, -7.0)]
+    {
+        let (true, Some(&[red, green, blue])) = (is_beyond, color) else { continue };
+        let y = corner.y + edge;
+        let corners = vec![pos2(corner.x, y), pos2(corner.x + RAMP.x, y), pos2(middle, y + tip)];
+        let fill = Color32::from_rgb(red, green, blue);
+        painter.add(Shape::convex_polygon(corners, fill, Stroke::NONE));
     }
     for tick in ticks {
         let at = corner + vec2(RAMP.x, height * (1.0 - tick.share as f32));
