@@ -45,6 +45,7 @@ pub const PAGES: &[Page] = pages! {
     "Clouds", "info", "What is in a file", "clouds/info";
     "Clouds", "convert", "Convert", "clouds/convert";
     "Clouds", "formats", "File formats", "clouds/formats";
+    "Clouds", "readers", "Readers beside other programs", "clouds/readers";
     "Clouds", "surfaces", "From bare points to a surface", "clouds/surfaces";
     "Clouds", "pyramids", "Clouds larger than memory", "clouds/pyramids";
     "Clouds", "prepare", "Prepare a cloud", "clouds/prepare";

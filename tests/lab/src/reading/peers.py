@@ -282,7 +282,7 @@ file = pye57.E57(sys.argv[1])
 out = pye57.E57(sys.argv[2], mode="w")
 for at in range(file.scan_count):
     ask = dict(intensity=True, colors=True, ignore_missing_fields=True)
-    out.write_scan_raw(file.read_scan(at, transform=False, **ask), scan_header=file.get_header(at))
+    out.write_scan_raw(file.read_scan(at, transform=False, **ask))
 """
 
 
