@@ -87,7 +87,8 @@ pub(crate) struct Table {
     pub(crate) comments: Vec<String>,
     pub(crate) warnings: Vec<String>,
     /// These are a part of the points, of which nothing is told that follows from all: 16-bit colours are such even
-    /// where none is larger than 255, and normals keep the sides that they were estimated with unless a scanner says.
+    /// where none is larger than 255, and normals keep the sides that they were estimated with unless a scanner or a
+    /// guide says.
     pub(crate) is_part: bool,
     /// Columns that have another role than their names say.
     pub(crate) roles: Vec<(String, Role)>,

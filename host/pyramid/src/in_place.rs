@@ -152,7 +152,7 @@ impl PointFile {
         let (mut made, mut gathered) = (None, Some(gathered));
         self.read.with_options(&mut |read| {
             if let Some(columns) = gathered.take() {
-                made = Some(assembled(&header, columns, self.source.clone(), read));
+                made = Some(assembled(&header, columns, self.source.clone(), None, read));
             }
         });
         match made {

@@ -9,6 +9,7 @@ pub(crate) mod memory_estimate;
 mod mesh;
 mod position;
 mod shape;
+mod side_guide;
 mod sides;
 mod trajectory;
 mod vectors;
@@ -27,6 +28,7 @@ pub(crate) use appearance::NARROW_COLORS;
 pub use camera_frame::camera_frame;
 pub(crate) use gaussians::TrainedSplats;
 pub(crate) use gaussians::{are_splats, woven as woven_splats};
+pub use side_guide::SideGuide;
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
 use vectors::flat;
 
@@ -50,8 +52,19 @@ pub(crate) fn share_of_reading<'a>(
 
 /// A cloud of the table's points.
 pub(crate) fn cloud(
+    table: Table,
+    source: Source,
+    options: &ReadOptions<'_>,
+) -> Result<Loaded, ReadFault> {
+    guided(table, source, None, options)
+}
+
+/// A cloud of the table's points, whose normals face the sides of a guide where they are estimated and no scanner
+/// says them.
+pub(crate) fn guided(
     mut table: Table,
     mut source: Source,
+    guide: Option<&SideGuide>,
     options: &ReadOptions<'_>,
 ) -> Result<Loaded, ReadFault> {
     let mut summary = Summary {
@@ -69,7 +82,7 @@ pub(crate) fn cloud(
     let splats = gaussians::take(&mut table, options, &mut summary)?;
     let shape = match &splats {
         Some(splats) => splats.shape(&mut table, &placed, &mut summary),
-        None => shape::take(&mut table, &placed, &source, options, &mut summary)?,
+        None => shape::take(&mut table, &placed, (&source, guide), options, &mut summary)?,
     };
     if !table.is_part && splats.is_none() {
         position::warn_if_coarse(&placed, &shape.radii, &mut summary);

@@ -83,7 +83,7 @@ fn keep_usable<T: Copy>(
 }
 
 /// Points as offsets from an origin.
-fn placed(origin: DVec3, points: impl Iterator<Item = DVec3>) -> Positions {
+pub(super) fn placed(origin: DVec3, points: impl Iterator<Item = DVec3>) -> Positions {
     let positions: Vec<Vec3> = points.map(|point| (point - origin).as_vec3()).collect();
     let bounds = Bounds::of_positions(&positions);
     Positions { origin, positions, bounds }

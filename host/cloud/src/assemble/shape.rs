@@ -1,6 +1,7 @@
 //! Normals, radii and tangents.
 
 use super::position::Positions;
+use super::side_guide::SideGuide;
 use super::sides::Scanners;
 use super::vectors::{flat, take_vectors};
 use super::{mesh, sides};
@@ -38,7 +39,7 @@ const BLOCK: usize = 4096;
 pub(super) fn take(
     table: &mut Table,
     placed: &Positions,
-    source: &Source,
+    (source, guide): (&Source, Option<&SideGuide>),
     options: &ReadOptions<'_>,
     summary: &mut Summary,
 ) -> Result<Shape, ReadFault> {
@@ -80,7 +81,7 @@ pub(super) fn take(
         let seen = if looks_around {
             sides::face_what_is_seen(placed, source, &mut normals, &turning, summary)?
         } else {
-            Vec::new()
+            guide.map_or_else(Vec::new, |guide| guide.face(placed, &mut normals, summary))
         };
         normals::soften(
             search.neighbours()?,

@@ -16,11 +16,15 @@ use surfelshop_geometry::{Cancelled, Progress};
 /// Certainty below which it is a guess which way round a whole scan is.
 const GUESS: f32 = 0.2;
 
+/// What is said of such a scan.
+pub(super) const GUESS_LINE: &str = "it is a guess which side of the surface was scanned, and all normals may face the other one; \
+     `bake -t normals --set orientation=flip` turns them";
+
 /// Confidence from which on a side counts as decided, as [`sides::by_visibility`] counts.
-const DECIDED: f32 = 0.25;
+pub(super) const DECIDED: f32 = 0.25;
 
 /// Fewest points of which it is asked what can be seen: fewer make no surface that hides another.
-const FEWEST: usize = 1000;
+pub(super) const FEWEST: usize = 1000;
 
 /// How many times as many addresses a look around reserves for each byte as other work on several threads: measured
 /// 890 MB in all, of which it touched 50 MB.
@@ -68,6 +72,11 @@ impl Scanners {
     }
 }
 
+/// Bytes of addresses that a look around reserves.
+pub(super) fn look_around_bytes(n: usize) -> u64 {
+    sides::memory(n).saturating_mul(ADDRESSES)
+}
+
 /// Whether the side of a table's normals takes a look around, and there is the memory for it.
 pub(super) fn looks_around(
     table: &Table,
@@ -78,7 +87,7 @@ pub(super) fn looks_around(
     if n < FEWEST || scanners.is_some_and(Scanners::know_all) {
         return false;
     }
-    let has_room = memory::ask_for_threads(sides::memory(n).saturating_mul(ADDRESSES)).is_ok();
+    let has_room = memory::ask_for_threads(look_around_bytes(n)).is_ok();
     if !has_room {
         summary.warnings.push(
             "there is too little memory to find which sides can be seen; normals keep the sides that they were \
@@ -152,11 +161,7 @@ pub(super) fn face_what_is_seen(
     counts.of_unsure_side += found.uncertain as u64;
     counts.turned += turned as u64;
     if is_guess {
-        summary.warnings.push(
-            "it is a guess which side of the surface was scanned, and all normals may face the other one; \
-             `bake -t normals --set orientation=flip` turns them"
-                .to_owned(),
-        );
+        summary.warnings.push(GUESS_LINE.to_owned());
     }
     Ok(found.confidence)
 }

@@ -5,7 +5,7 @@ use super::select::Selection;
 use super::target::Types;
 use super::transfer::transfer;
 use super::{ConvertError, Sending, check, send, union};
-use crate::assemble;
+use crate::assemble::{self, SideGuide};
 use crate::cloud::buffer::Buffer;
 use crate::cloud::source::Source;
 use crate::error::ReadFault;
@@ -135,7 +135,8 @@ impl Collection {
 }
 
 /// Makes a cloud of a part of the points, with what they lack estimated: as [`read`](crate::read()) does of a file's.
-/// Colours keep their type, and nobody looks around for the sides that can be seen: the other parts may hide them.
+/// Colours keep their type, and nobody looks around for the sides that can be seen, since other parts may hide them:
+/// normals face what the `guide` says of the whole cloud.
 ///
 /// # Errors
 /// Where columns do not fit the header, or memory runs out.
@@ -143,6 +144,7 @@ pub fn assembled(
     header: &CloudHeader,
     columns: Vec<Buffer>,
     source: Source,
+    guide: Option<&SideGuide>,
     options: &ReadOptions<'_>,
 ) -> Result<Loaded, ReadFault> {
     let mut sink = TableSink::default();
@@ -159,5 +161,5 @@ pub fn assembled(
     drop(columns);
     let (mut table, _) = sink.finish()?;
     table.is_part = true;
-    assemble::cloud(table, source, options)
+    assemble::guided(table, source, guide, options)
 }

@@ -33,6 +33,7 @@ use surfelshop_geometry::{part, silent};
 use target::Types;
 use transfer::{TransferSink, transfer};
 
+pub use crate::assemble::SideGuide;
 pub use collect::{Collected, Collection, assembled};
 pub use nodes::{nodes_of, tree_of};
 pub use select::{CropBox, Selection};

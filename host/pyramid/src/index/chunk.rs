@@ -10,7 +10,7 @@ use crate::error::PyramidError;
 use std::path::{Path, PathBuf};
 use surfelshop_api::columns::Element;
 use surfelshop_api::format::{CloudHeader, FileColumn};
-use surfelshop_cloud::convert::{Collection, assembled};
+use surfelshop_cloud::convert::{Collection, SideGuide, assembled};
 use surfelshop_cloud::{Buffer, Cloud, Column, Progress, ReadOptions, Summary, files};
 use surfelshop_geometry::{Bounds, part};
 
@@ -33,6 +33,8 @@ pub(super) struct Chunks<'a> {
     pub(super) collection: &'a Collection,
     pub(super) cube: Cube,
     pub(super) folder: &'a Path,
+    /// The sides of normals, where files do not say them.
+    pub(super) guide: Option<SideGuide>,
     pub(super) read: ReadOptions<'a>,
 }
 
@@ -71,7 +73,8 @@ impl Chunks<'_> {
         let (cell, _) = self.plan.chunks[number];
         let (header, columns) = self.points(number)?;
         let options = ReadOptions { progress: &part(progress, 0.05..0.85), ..self.read };
-        let loaded = assembled(&header, columns, self.collection.source.clone(), &options);
+        let (source, guide) = (self.collection.source.clone(), self.guide.as_ref());
+        let loaded = assembled(&header, columns, source, guide, &options);
         let loaded = match loaded {
             Ok(loaded) => loaded,
             Err(surfelshop_cloud::ReadFault::Cancelled) => {

@@ -12,6 +12,7 @@ mod around;
 pub(crate) mod cells;
 pub(crate) mod chunk;
 pub(crate) mod finish;
+mod guide;
 pub(crate) mod merged;
 pub(crate) mod nodes;
 mod plan;
@@ -101,14 +102,16 @@ pub fn index(
     let (cube, spools, read) = placed(inputs, &collection, &mut work, options, &spooling)?;
     let header = (&collection.header, cube);
     let plan = Plan::of(spools, header, &work.folder, work.most, budget(options))?;
+    let looking = part(progress, 0.2..0.25);
     let chunks = Chunks {
         plan: &plan,
         collection: &collection,
         cube,
         folder: &work.folder,
+        guide: guide::kept_or_made(&plan, &collection, &work, &options.read, &looking)?,
         read: options.read,
     };
-    let (made, counts) = worked(&chunks, &part(progress, 0.2..0.95))?;
+    let (made, counts) = worked(&chunks, &part(progress, 0.25..0.95))?;
     let mut summary = IndexSummary {
         n_read: read.iter().map(|read| read.n_read).sum(),
         n_not_finite: read.iter().map(|read| read.n_not_finite).sum(),
@@ -144,7 +147,7 @@ pub(crate) fn most_points(memory: u64) -> u64 {
 /// What is done to the files, by which an earlier run's work is known again.
 fn how(header: &CloudHeader, options: &IndexOptions<'_>) -> String {
     let ReadOptions { n_neighbours, radius, format, values, .. } = &options.read;
-    format!("index {n_neighbours} {radius:?} {format:?} {values:?} {header:?}")
+    format!("index, guided {n_neighbours} {radius:?} {format:?} {values:?} {header:?}")
 }
 
 /// Bytes that wait for the disk.

@@ -5,6 +5,7 @@
 
 use super::cells::Cube;
 use super::chunk::Chunks;
+use super::guide;
 use super::plan::Plan;
 use super::spool::Spool;
 use super::work::Work;
@@ -145,6 +146,8 @@ impl Shared<'_> {
             ));
         }
         let plan = self.divided(work, (cube, spools))?;
+        let read = &self.options.read;
+        guide::kept_or_made(&plan, self.collection, work, read, read.progress)?;
         work.keep(PLANNED, &plan.chunks.len())?;
         Ok(ShareSummary { n_own: 1, n_all: 1 })
     }
@@ -159,7 +162,8 @@ impl Shared<'_> {
         }
         let Self { collection, options, .. } = *self;
         let (folder, read) = (work.folder.as_path(), options.read);
-        let chunks = Chunks { plan: &plan, collection, cube, folder, read };
+        let guide = guide::kept_or_made(&plan, collection, work, &read, read.progress)?;
+        let chunks = Chunks { plan: &plan, collection, cube, folder, guide, read };
         let own = pieces(share, n_chunks);
         for (i, &number) in own.iter().enumerate() {
             let done = |i: usize| i as f64 / own.len() as f64;

@@ -207,6 +207,22 @@ impl<'a> SpoolReader<'a> {
         Self { header, files: OpenFiles::default(), bytes: Vec::new() }
     }
 
+    /// The positions alone, which is all that is read.
+    pub(crate) fn positions(
+        &mut self,
+        path: &Path,
+        segment: &Segment,
+    ) -> Result<Vec<[f64; 3]>, PyramidError> {
+        let Some((place, column)) = self.header.column(POSITION) else { return Ok(Vec::new()) };
+        let before =
+            self.header.columns[..place].iter().map(FileColumn::point_bytes).sum::<usize>();
+        let rows = segment.rows as usize;
+        self.bytes.resize(rows * column.point_bytes(), 0);
+        let offset = segment.offset + (rows * before) as u64;
+        self.files.read(path, offset, &mut self.bytes)?;
+        Ok(places(&self.bytes))
+    }
+
     pub(crate) fn read(
         &mut self,
         path: &Path,
@@ -225,10 +241,15 @@ impl<'a> SpoolReader<'a> {
         }
         let place = self.header.column(POSITION).map(|(place, _)| place);
         let positions = place.and_then(|place| columns.get(place)).copied().unwrap_or_default();
-        let number = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
-        let numbers = positions.as_chunks::<8>().0.iter().map(number).collect::<Vec<_>>();
-        Ok(Rows { positions: numbers.as_chunks::<3>().0.to_vec(), columns })
+        Ok(Rows { positions: places(positions), columns })
     }
+}
+
+/// The bytes of positions as numbers.
+fn places(bytes: &[u8]) -> Vec<[f64; 3]> {
+    let number = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
+    let numbers = bytes.as_chunks::<8>().0.iter().map(number).collect::<Vec<_>>();
+    numbers.as_chunks::<3>().0.to_vec()
 }
 
 /// Bytes of columns as values.
