@@ -112,7 +112,8 @@ fn comparison(
     let object = json(&own.join("metrics.json"))?;
     let reference = object["reference"].as_str().unwrap_or_default();
     let renderers = object["renderers"].as_array().map(Vec::as_slice).unwrap_or_default();
-    let head = ["", "RMSE", "FLIP", "ms", "spread, ms", "frames/s"].map(str::to_owned).to_vec();
+    let head = ["", "RMSE", "FLIP", "ms", "spread, ms", "frames/s", "million surfels/s"];
+    let head = head.map(str::to_owned).to_vec();
     let shown = Path::new(reference).file_stem().and_then(|stem| stem.to_str());
     let shown = label(shown.unwrap_or(reference));
     let n_surfels = object.pointer("/facts/clouds/0/n_surfels").and_then(Value::as_u64);
@@ -142,6 +143,8 @@ fn comparison(
             ms.map_or(String::new(), |ms| format!("{ms:.1}")),
             found.map_or(String::new(), |(_, spread)| format!("{spread:.1}")),
             ms.map_or(String::new(), |ms| format!("{:.1}", 1e3 / ms.max(1e-9))),
+            ms.zip(n_surfels)
+                .map_or(String::new(), |(ms, n)| format!("{:.2}", n as f64 / ms.max(1e-9) / 1e3)),
         ]);
         for (what, metric, value) in [("RMSE", "rmse", rmse), ("FLIP", "flip/mean", flip)] {
             let Some(value) = value else { continue };

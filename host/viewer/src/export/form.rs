@@ -39,6 +39,8 @@ pub(crate) struct ExportForm {
     pub(super) as_view: bool,
     pub(super) size: [u32; 2],
     pub(super) n_frames: usize,
+    /// Whether what is behind the clouds is left out.
+    pub(crate) transparent: bool,
     /// Whether what colours mean is drawn into the pictures.
     pub(crate) legend: bool,
     /// Whether measures are.
@@ -59,6 +61,7 @@ impl Default for ExportForm {
             as_view: true,
             size: [1920, 1080],
             n_frames: 120,
+            transparent: false,
             legend: true,
             measures: true,
             keys: Vec::new(),

@@ -6,6 +6,7 @@ use crate::render_thread::{Detail, ViewRequest};
 use crate::window::Window;
 use std::path::{Path, PathBuf};
 use surfelshop_api::Camera;
+use surfelshop_image::display_transform::Background;
 use surfelshop_session::eye_dome;
 use surfelshop_session::options::camera;
 use surfelshop_session::options::values::OutputFile;
@@ -35,6 +36,10 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
     let sides = form.renderers.sides();
     let size = size_of(window);
     let parts = [0, 1].map(|side| shown.part(settings.clouds[side].as_ref()));
+    let mut display = window.settings.display_transform();
+    if form.transparent {
+        display.background = Background::Transparent;
+    }
     let request = |side: usize, camera: Camera| ViewRequest {
         renderer: settings.renderers[side].clone(),
         values: settings.values_of(side),
@@ -42,7 +47,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         named: parts[side].named.clone(),
         scene: window.settings.scene.clone(),
         environment: window.settings.environment.clone(),
-        display: window.settings.display_transform(),
+        display,
         view: camera::framed_view(camera, &shown.extent, size),
         antialias: window.settings.antialias,
         tint_backs: window.settings.splats.tint_backs,

@@ -8,6 +8,7 @@ use crate::document::PaneSettings;
 use crate::window::Window;
 use eframe::egui::{self, Context, Ui};
 use surfelshop_api::Camera;
+use surfelshop_image::display_transform::Background;
 
 /// Shows the window.
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
@@ -64,6 +65,10 @@ fn form(window: &mut Window, ui: &mut Ui) {
     });
     if fields(ui, form, settings, (camera, size, &remembered)) {
         files::open(window, ui.ctx(), DialogPurpose::Pictures);
+    }
+    if window.settings.background != Background::Transparent {
+        let transparent = &mut window.panels.export_form.transparent;
+        ui.checkbox(transparent, "leave the background out of PNG files");
     }
     if has_legend {
         ui.checkbox(&mut window.panels.export_form.legend, "draw the legend into PNG files");

@@ -104,6 +104,16 @@ fn pictures_are_written_at_any_size_and_all_around() {
     screen.until("the file", |window| window.messages.contains("wrote "));
     assert_eq!(image::image_dimensions(path("one.png")).unwrap(), (50, 40));
     screen.window().messages.dismiss_all();
+    // A corner, where nothing is drawn, is what the background is.
+    let corner = |name: &str| image::open(path(name)).unwrap().into_rgba8().get_pixel(0, 0).0[3];
+    assert_eq!(corner("one.png"), 255);
+    screen.harness.get_by_label("leave the background out of PNG files").click();
+    screen.window().panels.export_form.set(path("cut.png").to_str().unwrap(), [50, 40], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the file", |window| window.messages.contains("wrote "));
+    assert_eq!(corner("cut.png"), 0);
+    screen.window().messages.dismiss_all();
     // The pictures of both renderers.
     screen.window().settings.panes[0].mode = Mode::Wipe;
     screen.window().panels.export_form.set(path("two.png").to_str().unwrap(), [50, 40], 2);
