@@ -107,6 +107,7 @@ fn pictures_are_written_at_any_size_and_all_around() {
     // A corner, where nothing is drawn, is what the background is.
     let corner = |name: &str| image::open(path(name)).unwrap().into_rgba8().get_pixel(0, 0).0[3];
     assert_eq!(corner("one.png"), 255);
+    screen.frames();
     screen.harness.get_by_label("leave the background out of PNG files").click();
     screen.window().panels.export_form.set(path("cut.png").to_str().unwrap(), [50, 40], 2);
     screen.frames();
