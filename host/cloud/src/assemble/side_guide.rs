@@ -292,7 +292,7 @@ mod tests {
                 fraction(i, 0.569_840_291),
                 fraction(i, 0.414_213_562),
             );
-            at[axis] = f64::from(u8::from(i / 3 % 2 == 0));
+            at[axis] = f64::from(u8::from((i / 3).is_multiple_of(2)));
             low + at * size
         };
         ((0..n).map(point).collect(), low + 0.5 * size)

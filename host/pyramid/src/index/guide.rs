@@ -57,7 +57,7 @@ fn known(bytes: &[u8]) -> Option<Option<SideGuide>> {
 /// some lines of an organised scan.
 fn sample(plan: &Plan, collection: &Collection, work: &Work) -> Result<Vec<DVec3>, PyramidError> {
     let all: u64 = plan.cells.iter().map(|cell| cell.rows).sum();
-    let wanted = (all / ONE_IN).max(FEWEST).min(MOST).min(work.most);
+    let wanted = (all / ONE_IN).clamp(FEWEST, MOST).min(work.most);
     let every = all.div_ceil(wanted.max(1)).max(1);
     let mut reader = SpoolReader::new(&collection.header);
     let mut points = Vec::new();
