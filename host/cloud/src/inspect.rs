@@ -203,6 +203,10 @@ impl CloudSinkHost for BoundsSink {
         };
         let rows = check_batch(&count.header, values)?;
         count.n_points += rows as u64;
+        if let Some(most) = count.header.rows.filter(|most| count.n_points > *most) {
+            let line = format!("{most} points are announced, more came");
+            return Err(surfelshop_api::Error::new(line));
+        }
         let Some((place, _)) = count.header.column(POSITION) else { return Ok(()) };
         let pose = count.header.pose;
         let mut take = |point: DVec3| {

@@ -197,6 +197,9 @@ impl CloudSinkHost for TransferSink {
             return Ok(());
         }
         self.n += rows as u64;
+        if let Some(most) = header.rows.filter(|most| self.n > *most) {
+            return Err(Error::new(format!("{most} points are announced, more came")));
+        }
         let copies = match &self.splats {
             Some(splats) => {
                 splats.batch(values, rows).map_err(|fault| Error::new(fault.to_string()))?

@@ -37,7 +37,7 @@ pub fn lens(lens: &LensArguments, clouds: &Clouds) -> LensArguments {
                 && is_outside(&clouds, eye)
             {
                 terminal::note(
-                    "--camera inside: this is where its scanner stood, outside of what it scanned",
+                    "--camera inside: a device took it from here, as its file or its points tell, outside of what it took",
                 );
             }
             found.unwrap_or_else(|| {

@@ -38,8 +38,11 @@ pub(crate) fn write(
     let mut writing = Writing { writer, lines: Vec::new(), extensions: Vec::new(), job, most: 0.0 };
     let mut coordinate_system = None;
     while let Some(header) = clouds.next_cloud()? {
-        let first = coordinate_system.get_or_insert_with(|| header.coordinate_system.clone());
-        if *first != header.coordinate_system {
+        // A system is in its own unit.
+        let system =
+            if metres(&header) == 1.0 { header.coordinate_system.clone() } else { String::new() };
+        let first = coordinate_system.get_or_insert_with(|| system.clone());
+        if *first != system {
             writing.lines.push(
                 "the scans have several coordinate systems: the first one is written".to_owned(),
             );
@@ -136,10 +139,11 @@ fn describe<T: Read + Write + Seek>(
     scan.set_name(text(&header.name));
     // A pose that moves nothing says that the points were seen from zero.
     let seen = header.scanner.filter(|place| place.is_finite());
-    if header.pose != Pose::default() || seen.is_some() {
+    let is_at_zero = seen.is_some_and(|place| place.length() <= 1e-9);
+    if header.pose != Pose::default() || is_at_zero {
         scan.set_transform(Some(transform(&header.pose, metres(header))));
     }
-    if seen.is_some_and(|place| place.length() > 1e-9) {
+    if seen.is_some() && !is_at_zero {
         lines.push(
             "the scanner's place is not written: in E57 files it is the zero of a scan's axes"
                 .to_owned(),
@@ -158,6 +162,11 @@ fn describe<T: Read + Write + Seek>(
         lines.push(format!("{which}, and E57 is read with z up: render the file with {option}"));
     }
     let metres = metres(header);
+    if metres != 1.0 && !header.coordinate_system.is_empty() {
+        lines.push(
+            "the coordinate reference system, which is in the former unit, is left out".to_owned(),
+        );
+    }
     if metres != 1.0 {
         lines.push(format!(
             "units of {metres} m become metres, as E57 has them: coordinates and lengths are multiplied by that"

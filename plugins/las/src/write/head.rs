@@ -134,10 +134,23 @@ impl Head {
     fn add_projection(&mut self, cloud: &CloudHeader, lines: &mut Vec<String>) -> bool {
         let system = cloud.coordinate_system.trim();
         let code = system.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
+        let metres = cloud.metres_per_unit;
+        if system.is_empty() && metres > 0.0 && metres.to_bits() != 1f64.to_bits() {
+            lines.push(format!(
+                "the unit of {metres} m is left out: LAS says units with a coordinate system alone"
+            ));
+        }
         if let Some(code) = code {
             self.add("LASF_Projection", 34735, &keys_of(code, cloud.metres_per_unit));
         } else if is_wkt(system) && system.len() < LONGEST {
             self.add("LASF_Projection", 2112, &[system.as_bytes(), b"\0"].concat());
+            if self.minor < 4 {
+                lines.push(
+                    "the coordinate system is written as WKT, which other programs may look for in LAS 1.4 alone: \
+                     `--write-set version=1.4`"
+                        .to_owned(),
+                );
+            }
         } else if !system.is_empty() {
             lines.push(format!(
                 "the coordinate system `{}` is left out: expected WKT of at most {LONGEST} bytes or an EPSG code",

@@ -161,7 +161,11 @@ fn changed(header: &CloudHeader, plan: &Plan, counts: &Counts, steps: Steps) -> 
 /// Says how far points were moved, where coordinates are no whole steps.
 fn moved(header: &CloudHeader, counts: &Counts, steps: Steps) -> Option<String> {
     // What is less is double precision's own.
-    let is_moved = counts.rounding.cmpgt(steps.scale * 1e-2).any();
+    let reach = header
+        .bounds
+        .map_or(f64::INFINITY, |bounds| bounds[0].abs().max(bounds[1].abs()).max_element());
+    let is_moved = counts.rounding.cmpgt(steps.scale * 1e-2).any()
+        || counts.rounding.max_element() > 1e-9 * reach;
     let alike = |vector: DVec3| match vector.cmpeq(DVec3::splat(vector.x)).all() {
         true => format!("{}", vector.x),
         false => format!("{}, {} and {}", vector.x, vector.y, vector.z),

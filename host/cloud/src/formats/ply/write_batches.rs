@@ -10,7 +10,7 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use surfelshop_api::CloudView;
 use surfelshop_api::columns::Element;
-use surfelshop_api::format::{CloudHeader, CloudSourceHost, FileColumn, FileHost};
+use surfelshop_api::format::{CloudHeader, CloudSourceHost, FileColumn, FileHost, UpAxis};
 
 /// Letters of a number that is written later: as many as the largest has, padded with spaces, which readers
 /// pass over.
@@ -74,7 +74,27 @@ pub(crate) fn write_batches(
             file.write_at(place, count.to_string().as_bytes()).map_err(io)?;
         }
     }
-    Ok(header.without_system())
+    Ok(lost(&header))
+}
+
+/// Says what of a cloud's header PLY has no place for.
+fn lost(header: &CloudHeader) -> Vec<String> {
+    let mut lines = header.without_system();
+    // Without an axis y points up.
+    match header.up {
+        UpAxis::X => lines.push("that x points up is left out".to_owned()),
+        UpAxis::Z => {
+            lines.push("that z points up is left out: `--up z` says it again".to_owned());
+        }
+        UpAxis::Y | UpAxis::Unknown => {}
+    }
+    if header.grid.is_some() {
+        lines.push("the rows and columns of the grid are left out".to_owned());
+    }
+    if header.scanner.is_some() {
+        lines.push("the place of the scanner is left out".to_owned());
+    }
+    lines
 }
 
 /// Names and types of the properties of points.
