@@ -4,7 +4,10 @@
 use crate::formats::stage::{Files, SILENCE, fixture, reading};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
-use surfelshop_cloud::{Cloud, Loaded, ReadError, ReadFault, ReadOptions, read};
+use surfelshop_cloud::convert::{Selection, convert};
+use surfelshop_cloud::{
+    Cloud, Loaded, ReadError, ReadFault, ReadOptions, WriteOptions, inspect, read,
+};
 use surfelshop_runtime::formats::PluginFormats;
 
 /// Far beyond any pause of a busy machine, far below for ever.
@@ -123,6 +126,17 @@ fn what_never_ends_stops_when_it_is_asked_to() {
 fn more_points_than_announced_are_refused_and_fewer_are_said() {
     let stage = Stage::new();
     stage.fails("hands-over-more", &["10 points are announced, more came"]);
+    // Nor is a file written of them, or looked at for ever.
+    let path = stage.files.at("bad.hands-over-more");
+    let options = reading(&stage.formats);
+    let looked = inspect(&path, &options).unwrap_err().to_string();
+    let out = stage.files.at("out.ply");
+    let (whole, written) = (Selection::default(), WriteOptions::default());
+    let converted = convert(&[path], &out, &whole, false, &options, &written);
+    for line in [looked, converted.unwrap_err().to_string()] {
+        assert!(line.contains("10 points are announced, more came"), "{line}");
+    }
+    assert!(!out.exists());
     let loaded = stage.read("hands-over-fewer").unwrap();
     assert_eq!((loaded.cloud.len(), loaded.summary.n_in_file), (4, 4));
     assert_eq!(loaded.summary.warnings, ["10 points are announced, 4 were read"]);
