@@ -4,7 +4,7 @@ use crate::error::{ReadError, ReadFault};
 use crate::formats::lent_table::LentTable;
 use crate::formats::plugins::{FormatCall, SharedSink};
 use crate::formats::stream::emit_table;
-use crate::formats::table_sink::{TableSink, check_header};
+use crate::formats::table_sink::{TableSink, check_count, check_header};
 use crate::formats::{obj, off};
 use crate::options::ReadOptions;
 use crate::read::{SourceFile, open};
@@ -203,10 +203,7 @@ impl CloudSinkHost for BoundsSink {
         };
         let rows = check_batch(&count.header, values)?;
         count.n_points += rows as u64;
-        if let Some(most) = count.header.rows.filter(|most| count.n_points > *most) {
-            let line = format!("{most} points are announced, more came");
-            return Err(surfelshop_api::Error::new(line));
-        }
+        check_count(&count.header, count.n_points)?;
         let Some((place, _)) = count.header.column(POSITION) else { return Ok(()) };
         let pose = count.header.pose;
         let mut take = |point: DVec3| {

@@ -6,7 +6,7 @@ use super::target::{Target, TargetBatch, Types};
 use crate::assemble::TrainedSplats;
 use crate::cloud::buffer::Buffer;
 use crate::error::ReadError;
-use crate::formats::table_sink::check_header;
+use crate::formats::table_sink::{check_count, check_header};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -197,9 +197,7 @@ impl CloudSinkHost for TransferSink {
             return Ok(());
         }
         self.n += rows as u64;
-        if let Some(most) = header.rows.filter(|most| self.n > *most) {
-            return Err(Error::new(format!("{most} points are announced, more came")));
-        }
+        check_count(header, self.n)?;
         let copies = match &self.splats {
             Some(splats) => {
                 splats.batch(values, rows).map_err(|fault| Error::new(fault.to_string()))?

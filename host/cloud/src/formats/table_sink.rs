@@ -65,6 +65,14 @@ fn components_of(name: &str) -> Option<&'static [u32]> {
     })
 }
 
+/// Refuses more points of a cloud than its header announces.
+pub(crate) fn check_count(header: &CloudHeader, n: u64) -> Result<()> {
+    match header.rows.filter(|most| n > *most) {
+        Some(most) => Err(Error::new(format!("{most} points are announced, more came"))),
+        None => Ok(()),
+    }
+}
+
 /// Whether a header can be right; says what is wrong in a line.
 pub(crate) fn check_header(header: &CloudHeader) -> Result<()> {
     let mut names = HashSet::new();

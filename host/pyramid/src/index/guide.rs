@@ -14,7 +14,7 @@ use surfelshop_geometry::hashing::scattered;
 const ONE_IN: u64 = 16;
 /// Sample points at least, where there are so many.
 const FEWEST: u64 = 200_000;
-/// Sample points at most: sides of so many take about ten seconds of a processor.
+/// Sample points at most: sides of so many take about seven seconds of a processor.
 const MOST: u64 = 1 << 20;
 
 /// The guide that an earlier run or another process made, or a new one; `None` where no normals are estimated, or the files
