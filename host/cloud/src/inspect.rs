@@ -101,9 +101,13 @@ pub(crate) fn heads_of(
     options: &ReadOptions<'_>,
     nodes: Option<&[PointNode]>,
 ) -> Result<Vec<CloudHeader>, ReadError> {
+    let failed = |fault| ReadError { path: path.to_owned(), fault };
+    // As text it would be read to the end.
+    if let SourceFile::Ply(file) = open(path, options).map_err(failed)? {
+        return Ok(vec![file.facts(None)]);
+    }
     let heads = LentTable::new(TableSink::of_heads());
-    send(path, options, (None, nodes), &heads.shared(), options.progress)
-        .map_err(|fault| ReadError { path: path.to_owned(), fault })?;
+    send(path, options, (None, nodes), &heads.shared(), options.progress).map_err(failed)?;
     let headers: Vec<CloudHeader> = heads.take().headers().cloned().collect();
     match headers.is_empty() {
         true => Err(ReadError { path: path.to_owned(), fault: ReadFault::NoClouds }),

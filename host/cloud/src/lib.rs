@@ -56,7 +56,7 @@ pub use formats::plugins::{FormatCall, Formats, NoFormats, SharedSink, WriteFaul
 pub use formats::positioned::SystemFile;
 pub use formats::table_sink::TableSink;
 pub use inspect::{CloudContents, Contents, heads, inspect, stream};
-pub use options::{PreviewSink, ReadOptions, WriteOptions};
+pub use options::{ColorBits, PreviewSink, ReadOptions, WriteOptions};
 pub use read::preview::PREVIEW_POINTS;
 pub use read::{PYRAMID, read};
 pub use summary::{

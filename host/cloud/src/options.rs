@@ -9,6 +9,30 @@ use surfelshop_geometry::{Progress, normals, silent};
 /// Takes previews of a file while it is read: clouds of some of its points.
 pub type PreviewSink = Arc<dyn Fn(Loaded) + Send + Sync>;
 
+/// What colours of 16 bits hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ColorBits {
+    /// What their values tell: 8 bits where none is larger than 255, as programs that leave them unscaled write LAS
+    /// files.
+    #[default]
+    Told,
+    /// Values of 8 bits; larger ones are taken as 255.
+    Eight,
+    /// Values of 16 bits, however dark they are.
+    Sixteen,
+}
+
+impl ColorBits {
+    /// Whether colours are taken as those of 8 bits, of which `most` is the largest value.
+    pub(crate) fn are_eight(self, most: u16) -> bool {
+        match self {
+            Self::Told => (1..=u16::from(u8::MAX)).contains(&most),
+            Self::Eight => true,
+            Self::Sixteen => false,
+        }
+    }
+}
+
 /// How a file is read.
 #[derive(Clone, Copy)]
 pub struct ReadOptions<'a> {
@@ -25,6 +49,8 @@ pub struct ReadOptions<'a> {
     pub format: Option<&'a str>,
     /// Parameters of the format that were set.
     pub values: Option<&'a Values>,
+    /// What colours of 16 bits hold.
+    pub color_bits: ColorBits,
     /// Takes some of the points while the file is read and while what is missing is estimated, several times where it
     /// takes long.
     pub preview: Option<&'a PreviewSink>,
@@ -39,6 +65,7 @@ impl Default for ReadOptions<'_> {
             formats: &NoFormats,
             format: None,
             values: None,
+            color_bits: ColorBits::default(),
             preview: None,
         }
     }

@@ -46,6 +46,10 @@ pub(crate) struct Header {
     pub(crate) bounds: Option<[DVec3; 2]>,
     /// Whether times of pulses are seconds since 1980, less a thousand million; else those of a week.
     pub(crate) is_standard_time: bool,
+    /// Number of the flight line or mission; 0 where there is none.
+    pub(crate) source_id: u16,
+    /// Number of the project in hexadecimal digits; empty where there is none.
+    pub(crate) project_id: String,
     /// What made the points.
     pub(crate) system: String,
     /// What wrote the file.
@@ -135,6 +139,8 @@ impl Header {
             offset,
             bounds: bounds(header),
             is_standard_time: u16_at(header, 6) & 1 != 0,
+            source_id: u16_at(header, 4),
+            project_id: project_id(&bytes::<16>(header, 8)),
             system: text(part(header, 26, 32)),
             software: text(part(header, 58, 32)),
             date: date(u16_at(header, 90), u16_at(header, 92)),
@@ -202,6 +208,14 @@ fn bounds(header: &[u8; LONG]) -> Option<[DVec3; 2]> {
     let (most, least) = (every_second(179), every_second(187));
     let in_order = least.is_finite() && most.is_finite() && least.cmple(most).all();
     in_order.then_some([least, most])
+}
+
+/// Sixteen bytes as hexadecimal digits; nothing where all are 0.
+fn project_id(bytes: &[u8; 16]) -> String {
+    match bytes.iter().all(|byte| *byte == 0) {
+        true => String::new(),
+        false => bytes.iter().map(|byte| format!("{byte:02x}")).collect(),
+    }
 }
 
 /// Days of each month.

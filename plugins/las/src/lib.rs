@@ -45,6 +45,7 @@ mod extra;
 mod header;
 mod hierarchy;
 mod layout;
+mod notes;
 mod numbers;
 mod plain;
 mod point_format;

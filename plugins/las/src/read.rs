@@ -5,6 +5,7 @@ use crate::extra;
 use crate::header::Header;
 use crate::hierarchy;
 use crate::layout::Layout;
+use crate::notes;
 use crate::plain;
 use crate::points::Points;
 use crate::projection::Projection;
@@ -117,9 +118,16 @@ fn describe(
     layout: &Layout,
     rows: Option<u64>,
 ) -> CloudHeader {
-    let named = [("system", &header.system), ("software", &header.software)];
+    let source = if header.source_id == 0 { String::new() } else { header.source_id.to_string() };
+    let named = [
+        (notes::SYSTEM, &header.system),
+        (notes::SOFTWARE, &header.software),
+        (notes::SOURCE_ID, &source),
+        (notes::PROJECT_ID, &header.project_id),
+    ];
     let named = named.into_iter().filter(|(_, text)| !text.is_empty());
-    let named = named.map(|(what, text)| format!("{what}: {text}"));
+    let named = named.map(|(what, text)| format!("{what}{text}"));
+    let others = records.others.iter().map(|other| format!("{}{other}", notes::NOT_READ));
     let texts = records.texts.iter().filter(|text| !text.is_empty()).cloned();
     CloudHeader {
         format: header.describe(records.copc.is_some() && header.is_compressed),
@@ -131,7 +139,7 @@ fn describe(
         metres_per_unit: projection.metres_per_unit,
         coordinate_system: projection.name,
         time: header.date.clone(),
-        comments: named.chain(texts).chain(projection.comments).collect(),
+        comments: named.chain(texts).chain(projection.comments).chain(others).collect(),
         ..CloudHeader::default()
     }
 }

@@ -10,6 +10,8 @@ use surfelshop_api::format::{FileSource, UpAxis};
 const MOST: u32 = 1 << 16;
 /// Longest payload that is read, in bytes. Coordinate systems have some thousands.
 const LONGEST: u64 = 1 << 20;
+/// Most records that are not read and named all the same.
+const MOST_OTHERS: usize = 100;
 /// Most bytes of all texts for people.
 const MOST_TEXT: usize = 1 << 18;
 
@@ -30,6 +32,8 @@ pub(crate) struct Records {
     pub(crate) up: Option<UpAxis>,
     /// Texts for people.
     pub(crate) texts: Vec<String>,
+    /// Names of records that are not read, with their numbers and bytes.
+    pub(crate) others: Vec<String>,
 }
 
 /// Where records lie: their first byte, the byte behind the last, their number, and the length of the
@@ -113,6 +117,10 @@ impl Records {
                 | (up_record::USER, up_record::ID)
         );
         if !is_of_use {
+            // The hierarchy is read where an octree is asked for, and belongs to the order of the points.
+            if user != "copc" && self.others.len() < MOST_OTHERS {
+                self.others.push(format!("`{user}` {id}, {len} bytes"));
+            }
             return Ok(());
         }
         if len > LONGEST {

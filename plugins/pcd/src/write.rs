@@ -5,7 +5,7 @@ use crate::encode::Encoder;
 use crate::fields::PackedFields;
 use crate::header_text::{Facts, text};
 use crate::store::Store;
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, SCAN};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, Kept};
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::{Error, Job, Result};
 
@@ -17,7 +17,8 @@ pub(crate) fn write(
     job: &Job<'_>,
     lines: &mut Vec<String>,
 ) -> Result<()> {
-    let header = clouds.next_cloud()?.ok_or_else(|| Error::new("expected a cloud, found none"))?;
+    let mut header =
+        clouds.next_cloud()?.ok_or_else(|| Error::new("expected a cloud, found none"))?;
     let mut encoder = Encoder::new(&header, encoding, lines)?;
     let [width, height] =
         header.grid.map_or([header.rows.unwrap_or(0), 1], |grid| grid.map(u64::from));
@@ -34,7 +35,8 @@ pub(crate) fn write(
     if !matches!(store, Store::Packed(_)) {
         file.write_at(0, text(&encoder.fields(), &facts, room).as_bytes())?;
     }
-    let rows = points(clouds, &header, &mut encoder, &mut store, job, lines)?;
+    let (rows, has_faces) = points(clouds, &header, &mut encoder, &mut store, job)?;
+    header.has_faces |= has_faces;
     if width.checked_mul(height) != Some(rows) {
         if header.grid.is_some() {
             lines.push(format!(
@@ -43,15 +45,7 @@ pub(crate) fn write(
         }
         (facts.width, facts.height) = (rows, 1);
     }
-    lines.extend(header.without_system());
-    // Several scans come as one cloud, whose header has no scanner; PCD files have one at most.
-    let is_pcd = header.format.starts_with("PCD");
-    if !is_pcd && header.scanner.is_none() && header.column(SCAN).is_some() {
-        lines.push(
-            "poses and places of scanners, where they are known, are left out: PCD holds one"
-                .to_owned(),
-        );
-    }
+    lines.extend(header.left_out("PCD", Kept { scanner: true, grid: true, ..Kept::default() }));
     let fields = encoder.fields();
     match store {
         Store::Packed(packed) => {
@@ -79,16 +73,15 @@ impl Output<'_> {
     }
 }
 
-/// Puts all points of a cloud into the store; returns how many.
+/// Puts all points of a cloud into the store; returns how many, and whether triangles came.
 fn points(
     clouds: &mut CloudSource<'_>,
     header: &CloudHeader,
     encoder: &mut Encoder,
     store: &mut Store<'_>,
     job: &Job<'_>,
-    lines: &mut Vec<String>,
-) -> Result<u64> {
-    let (mut bytes, mut rows, mut has_faces) = (Vec::new(), 0, header.has_faces);
+) -> Result<(u64, bool)> {
+    let (mut bytes, mut rows, mut has_faces) = (Vec::new(), 0, false);
     while let Some(batch) = clouds.next_batch()? {
         job.check()?;
         if encoder.must_widen(&batch) {
@@ -103,10 +96,7 @@ fn points(
             job.progress((rows as f64 / all as f64).min(1.0), "");
         }
     }
-    if has_faces {
-        lines.push("triangles were left out".to_owned());
-    }
-    Ok(rows)
+    Ok((rows, has_faces))
 }
 
 fn compressed(packed: PackedFields, out: &mut Output<'_>, job: &Job<'_>) -> Result<()> {

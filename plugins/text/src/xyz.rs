@@ -70,9 +70,6 @@ params! {
     }
 }
 
-/// What the format of a table begins with, for people.
-pub(crate) const TABLE: &str = "text";
-
 /// The format.
 pub(crate) struct Xyz;
 
@@ -113,7 +110,7 @@ impl surfelshop_api::Format for Xyz {
         sample.spread(file, file.length())?;
         let found = in_table(&sample, &settings)?;
         let layout = found.layout(|column| clouds.wants(column));
-        let format = format!("{TABLE}, {}", noted(&found));
+        let format = format!("text, {}", noted(&found));
         let header = CloudHeader {
             format,
             columns: layout.columns.iter().map(|column| column.file.clone()).collect(),

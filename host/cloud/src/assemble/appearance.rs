@@ -3,14 +3,15 @@
 use crate::cloud::buffer::{Buffer, interleave};
 use crate::cloud::color::is_usable;
 use crate::cloud::column::Column;
+use crate::options::ColorBits;
 use crate::summary::Summary;
 use crate::table::{COLORS, Field, Table};
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_api::columns::{AO, COLOR, Element, MATERIAL};
 
 /// Takes colour, accessibility and material out of the table.
-pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
-    let color = color(table, summary);
+pub(super) fn take(table: &mut Table, bits: ColorBits, summary: &mut Summary) -> Vec<Column> {
+    let color = color(table, bits, summary);
     if color.is_none() {
         summary.colors.neutral = table.n_rows as u64;
     }
@@ -19,17 +20,19 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
 }
 
 /// What is said of colours that are narrower than their type.
-pub(crate) const NARROW_COLORS: &str = "the 16-bit colours hold 8-bit values and were read as such";
+pub(crate) const NARROW_COLORS: &str = "the 16-bit colours hold 8-bit values and were read as such; `--color-bits 16` takes them as they are";
 
-fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
+fn color(table: &mut Table, bits: ColorBits, summary: &mut Summary) -> Option<Column> {
     let (components, mut values) = COLORS
         .iter()
         .find_map(|names| whole(table, names).or_else(|| woven(table, names, summary)))?;
     match &mut values {
         Buffer::F32(values) => sanitise(values, components, summary),
         Buffer::U16(wide) => {
-            if let Some(narrow) = eight_bits(wide).filter(|_| !table.is_part) {
-                summary.warnings.push(NARROW_COLORS.to_owned());
+            if let Some(narrow) = eight_bits(wide, bits).filter(|_| !table.is_part) {
+                if bits == ColorBits::Told {
+                    summary.warnings.push(NARROW_COLORS.to_owned());
+                }
                 values = Buffer::U8(narrow);
             }
         }
@@ -41,10 +44,10 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
 
 /// 16-bit colours as 8-bit ones, where none is larger than those can be: programs that write LAS files often
 /// leave them unscaled. Black stays as it is.
-fn eight_bits(wide: &[u16]) -> Option<Vec<u8>> {
+fn eight_bits(wide: &[u16], bits: ColorBits) -> Option<Vec<u8>> {
     let most = wide.iter().copied().max().unwrap_or(0);
-    let narrow = (1..=u16::from(u8::MAX)).contains(&most);
-    narrow.then(|| wide.iter().map(|&value| value as u8).collect())
+    let narrow = |value: &u16| u8::try_from(*value).unwrap_or(u8::MAX);
+    bits.are_eight(most).then(|| wide.iter().map(narrow).collect())
 }
 
 /// Colours that the file has as the cloud will have them, and how many channels they have.

@@ -92,7 +92,7 @@ pub(crate) fn guided(
         Column::new(NORMAL, 3, flat(shape.normals)),
         Column::new(RADIUS, 1, Buffer::F32(shape.radii)),
     ];
-    columns.extend(appearance::take(&mut table, &mut summary));
+    columns.extend(appearance::take(&mut table, options.color_bits, &mut summary));
     columns.extend(shape.others);
     if let Some(splats) = splats {
         let has_colors = columns.iter().any(|column| column.name() == COLOR);

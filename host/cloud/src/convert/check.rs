@@ -5,12 +5,12 @@ use super::union;
 use crate::error::ReadError;
 use crate::formats::plugins::SharedSink;
 use crate::inspect::stream;
-use crate::options::ReadOptions;
+use crate::options::{ColorBits, ReadOptions};
 use glam::DVec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
-use surfelshop_api::format::{CloudHeader, CloudSinkHost, SCAN};
+use surfelshop_api::format::{CloudHeader, CloudSinkHost, Pose, SCAN};
 use surfelshop_api::{Error, Result};
 
 /// Refuses columns that no cloud has, and a box that none reaches into.
@@ -69,7 +69,7 @@ pub(super) fn one_unit(headers: &[CloudHeader]) -> std::result::Result<(), Strin
 
 /// What of the clouds is lost by the selection, or filled in, in lines.
 pub(super) fn remarks(
-    headers: &[CloudHeader],
+    (headers, files): (&[CloudHeader], &[&Path]),
     selection: &Selection,
     becomes_one: bool,
 ) -> Vec<String> {
@@ -77,6 +77,12 @@ pub(super) fn remarks(
     if selection.thins() && headers.iter().any(|header| header.has_faces) {
         lines.push("triangles are kept only where no point is left out".to_owned());
     }
+    if selection.thins() && headers.iter().any(|header| header.grid.is_some()) {
+        lines.push(
+            "the rows and columns of a grid are kept only where no point is left out".to_owned(),
+        );
+    }
+    lines.extend(becomes_one.then(|| only_apart(headers)).flatten());
     let mut systems = headers.iter().map(|header| header.coordinate_system.trim());
     if let Some(first) = systems.find(|system| !system.is_empty())
         && becomes_one
@@ -87,12 +93,18 @@ pub(super) fn remarks(
                 .to_owned(),
         );
     }
-    let n_known = headers.iter().filter(|header| header.metres_per_unit > 0.0).count();
-    if becomes_one && n_known > 0 && n_known < headers.len() {
-        let n = headers.len() - n_known;
+    let unknown = headers.iter().zip(files).filter(|(header, _)| header.metres_per_unit <= 0.0);
+    let unknown: Vec<&Path> = unknown.map(|(_, file)| *file).collect();
+    if let (true, true, [first, rest @ ..]) =
+        (becomes_one, unknown.len() < headers.len(), unknown.as_slice())
+    {
+        let others = match rest.len() {
+            0 => " does".to_owned(),
+            n => format!(" and {n} more of {} clouds do", headers.len()),
+        };
         lines.push(format!(
-            "{n} of {} clouds do not say their unit, which is taken to be that of the others",
-            headers.len()
+            "{}{others} not say the unit of its coordinates, which is taken to be that of the others",
+            first.display()
         ));
     }
     let mut partly: Vec<&str> = headers
@@ -113,6 +125,28 @@ pub(super) fn remarks(
         ));
     }
     lines
+}
+
+/// What several clouds have each for itself, and one of all has no place for.
+fn only_apart(headers: &[CloudHeader]) -> Option<String> {
+    if headers.len() < 2 {
+        return None;
+    }
+    let any = |test: fn(&CloudHeader) -> bool| headers.iter().any(test);
+    let known = [
+        (any(|header| header.pose != Pose::default()), "poses"),
+        (any(|header| header.scanner.is_some()), "the places of their scanners"),
+        (any(|header| header.grid.is_some()), "their grids"),
+        (any(|header| !header.name.is_empty()), "all names but the first"),
+        (headers.iter().any(|header| header.time != headers[0].time), "all times but the first"),
+    ];
+    let lost: Vec<&str> = known.iter().filter(|(is, _)| *is).map(|(_, what)| *what).collect();
+    let list = match lost.as_slice() {
+        [] => return None,
+        [one] => (*one).to_owned(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    };
+    Some(format!("{} clouds become one, which leaves out {list}", headers.len()))
 }
 
 /// The largest value of 16-bit colours, as far as one that 8 bits do not hold.
@@ -159,8 +193,8 @@ pub(super) fn colors_are_narrow(
     let is_wide = |header: &CloudHeader| {
         header.column(COLOR).is_some_and(|(_, column)| column.element == Element::U16)
     };
-    if !headers.iter().any(is_wide) {
-        return Ok(false);
+    if !headers.iter().any(is_wide) || options.color_bits != ColorBits::Told {
+        return Ok(options.color_bits == ColorBits::Eight);
     }
     let found = Arc::new(Mutex::new(LargestColor::default()));
     let most = || found.lock().unwrap_or_else(PoisonError::into_inner).most;
@@ -219,9 +253,16 @@ mod tests {
         // Where heads do not say where points lie, nobody knows yet.
         let unknown = [CloudHeader { bounds: None, ..headers[0].clone() }];
         assert_eq!(selection(&unknown, &of(&[], beside)), Ok(()));
-        let lines = remarks(&two, &of(&["heat"], None), true);
+        let lines = of_two(&two, &of(&["heat"], None), true);
         assert!(lines.len() == 1 && lines[0].contains("not every cloud has `heat`"), "{lines:?}");
-        assert!(remarks(&two, &of(&["heat"], None), false).is_empty());
+        assert!(of_two(&two, &of(&["heat"], None), false).is_empty());
+    }
+
+    /// What is said of clouds of two files.
+    fn of_two(headers: &[CloudHeader], selection: &Selection, becomes_one: bool) -> Vec<String> {
+        let files: Vec<&Path> =
+            (0..headers.len()).map(|i| Path::new(if i == 0 { "a" } else { "b" })).collect();
+        remarks((headers, &files), selection, becomes_one)
     }
 
     fn of_unit(metres_per_unit: f64) -> CloudHeader {
@@ -239,11 +280,32 @@ mod tests {
         for units in [&[][..], &[0.0], &[0.0, 0.0], &[survey, 0.0, 0.304_800_6], &[1.0, 1.0]] {
             assert_eq!(one_unit(&headers(units)), Ok(()), "{units:?}");
         }
-        let lines = remarks(&headers(&[1.0, 0.0]), &Selection::default(), true);
-        assert!(lines[0].starts_with("1 of 2 clouds do not say their unit"), "{lines:?}");
-        assert!(remarks(&headers(&[1.0, 0.0]), &Selection::default(), false).is_empty());
+        let lines = of_two(&headers(&[1.0, 0.0]), &Selection::default(), true);
+        assert!(lines[0].starts_with("b does not say the unit"), "{lines:?}");
+        assert!(of_two(&headers(&[1.0, 0.0]), &Selection::default(), false).is_empty());
+        let lines = of_two(&headers(&[1.0, 0.0, 0.0]), &Selection::default(), true);
+        assert!(lines[0].starts_with("b and 1 more of 3 clouds do not say"), "{lines:?}");
         let system = |name: &str| CloudHeader { coordinate_system: name.into(), ..of_unit(1.0) };
-        let lines = remarks(&[system("A"), system(""), system("B")], &Selection::default(), true);
+        let lines = of_two(&[system("A"), system(""), system("B")], &Selection::default(), true);
         assert!(lines[0].contains("different coordinate systems"), "{lines:?}");
+    }
+
+    #[test]
+    fn what_each_cloud_has_for_itself_is_said_to_be_lost() {
+        let scan =
+            CloudHeader { grid: Some([2, 3]), scanner: Some(DVec3::ZERO), ..header(&[POSITION]) };
+        let other = CloudHeader { time: "2020-01-02".to_owned(), ..scan.clone() };
+        let two = [scan.clone(), other];
+        assert_eq!(
+            of_two(&two, &Selection::default(), true),
+            [
+                "2 clouds become one, which leaves out the places of their scanners, their grids and all times but the first"
+            ]
+        );
+        assert!(of_two(&two, &Selection::default(), false).is_empty());
+        assert!(of_two(&two[..1], &Selection::default(), true).is_empty());
+        let every = Selection { every: 2, ..Selection::default() };
+        let lines = of_two(&two[..1], &every, false);
+        assert!(lines.len() == 1 && lines[0].contains("rows and columns"), "{lines:?}");
     }
 }

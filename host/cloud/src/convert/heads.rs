@@ -4,7 +4,7 @@ use crate::assemble::TrainedSplats;
 use crate::error::ReadError;
 use crate::inspect::heads;
 use crate::options::ReadOptions;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use surfelshop_api::columns::SPLAT_SCALE;
 use surfelshop_api::format::CloudHeader;
 use surfelshop_geometry::silent;
@@ -45,12 +45,22 @@ impl Heads {
             for (i, (header, splats)) in headers.iter_mut().zip(splats).enumerate() {
                 let Some(splats) = splats else { continue };
                 header.clone_from(splats.header());
-                let file = first.partition_point(|first| *first <= i);
-                if let Some(whole) = file.checked_sub(1).and_then(|file| whole.get_mut(file)) {
+                if let Some(whole) = whole.get_mut(file_of(&first, i)) {
                     *whole = true;
                 }
             }
         }
         Ok(Self { headers, first, whole, trained_splats })
     }
+
+    /// The file of each cloud.
+    pub(super) fn files<'a>(&self, inputs: &'a [PathBuf]) -> Vec<&'a Path> {
+        let file = |i| inputs.get(file_of(&self.first, i)).map_or(Path::new(""), PathBuf::as_path);
+        (0..self.headers.len()).map(file).collect()
+    }
+}
+
+/// The number of the file whose cloud has this number.
+fn file_of(first: &[usize], cloud: usize) -> usize {
+    first.partition_point(|first| *first <= cloud).saturating_sub(1)
 }

@@ -21,7 +21,7 @@ use crate::files::replace_at;
 use crate::formats::plugins::{FormatCall, SharedSink, WriteFault};
 use crate::formats::ply;
 use crate::inspect::stream;
-use crate::options::{ReadOptions, WriteOptions};
+use crate::options::{ColorBits, ReadOptions, WriteOptions};
 use crate::write::writer;
 use heads::Heads;
 use std::io;
@@ -95,7 +95,9 @@ pub fn convert(
     // A wrong ending is refused before anything is read.
     let id = writer(output, write)?;
     let several = id.as_ref().is_some_and(|id| write.formats.takes_several(id)) && !merge;
-    let Heads { mut headers, whole, trained_splats, .. } = Heads::of(inputs, read, id.is_none())?;
+    let heads = Heads::of(inputs, read, id.is_none())?;
+    let files = heads.files(inputs);
+    let Heads { mut headers, whole, trained_splats, .. } = heads;
     check::selection(&headers, selection).map_err(ConvertError::Selection)?;
     if !several {
         check::one_unit(&headers).map_err(ConvertError::Selection)?;
@@ -104,7 +106,7 @@ pub fn convert(
     if narrow_colors {
         headers.iter_mut().for_each(check::narrow_colors);
     }
-    let remarks = check::remarks(&headers, selection, !several);
+    let remarks = check::remarks((&headers, &files), selection, !several);
     let grids = id.as_ref().is_some_and(|id| write.formats.takes_grids(id));
     let merged = (!several).then(|| union::header(&headers, selection));
     let columns = match &merged {
@@ -141,7 +143,7 @@ pub fn convert(
         (Err(Sending::WriterGone), Ok(lost)) => (Vec::new(), lost),
         (Ok(warnings), Ok(lost)) => (warnings, lost),
     };
-    if narrow_colors {
+    if narrow_colors && read.color_bits == ColorBits::Told {
         warnings.push(NARROW_COLORS.to_owned());
     }
     if n_written == 0 && n_read > 0 && selection.crop.is_some() {

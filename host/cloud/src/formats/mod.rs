@@ -3,6 +3,7 @@
 
 pub(crate) mod batches;
 mod body;
+pub(crate) mod facts;
 pub(crate) mod lent_table;
 pub(crate) mod lines;
 pub(crate) mod obj;

@@ -2,6 +2,7 @@
 
 use crate::cloud::buffer::Buffer;
 use crate::error::ReadFault;
+use crate::formats::facts;
 use crate::table::{COLORS, Field, NORMALS, RADII, Table};
 use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION, RADIUS, Values};
 use surfelshop_api::format::{BATCH, CloudHeader, CloudSinkHost, FileColumn};
@@ -163,14 +164,14 @@ pub(crate) fn emit_table(
     progress: Progress<'_>,
 ) -> Result<(), ReadFault> {
     let layout = Layout::of(&table.fields).wanted(columns);
-    let header = CloudHeader {
+    let header = facts::said(CloudHeader {
         format: table.format.clone(),
         rows: Some(table.n_rows as u64),
         columns: layout.columns(),
         has_faces: !table.faces.is_empty(),
         comments: table.comments.clone(),
         ..CloudHeader::default()
-    };
+    });
     table.warnings.iter().for_each(|line| sink.warn(line));
     if !sink.begin(&header).map_err(refused)? {
         return Ok(());

@@ -87,7 +87,11 @@ impl SourceFile {
         progress: Progress<'_>,
     ) -> Result<(Table, Source), ReadFault> {
         let table = match self {
-            Self::Ply(file) => file.read(options, progress),
+            Self::Ply(file) => {
+                let header = file.facts(None);
+                let table = file.read(options, progress)?;
+                return Ok((table, Source::of_headers([&header].into_iter())));
+            }
             Self::Obj(body) => obj::read(body, progress),
             Self::Off(body) => off::read(body, progress),
             Self::Plugin { id, file, name } => {
@@ -138,8 +142,12 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
         file: Arc::new(SystemFile::new(reader.into_inner(), length)),
         name: name.clone(),
     };
-    if let Some(id) = options.format {
-        return Ok(of_plugin(id.to_owned(), reader));
+    match options.format {
+        Some("ply") => return Ok(SourceFile::Ply(Box::new(ply::File::open(reader, length)?))),
+        Some("obj") => return Ok(SourceFile::Obj(Body::new(reader, length))),
+        Some("off") => return Ok(SourceFile::Off(Body::new(reader, length))),
+        Some(id) => return Ok(of_plugin(id.to_owned(), reader)),
+        None => {}
     }
     // Packed splats are in PLY files, too, which say nothing to those who read a value a property.
     if ply::is_packed(head)

@@ -146,8 +146,10 @@ pub(crate) fn most_points(memory: u64) -> u64 {
 
 /// What is done to the files, by which an earlier run's work is known again.
 fn how(header: &CloudHeader, options: &IndexOptions<'_>) -> String {
-    let ReadOptions { n_neighbours, radius, format, values, .. } = &options.read;
-    format!("index, guided {n_neighbours} {radius:?} {format:?} {values:?} {header:?}")
+    let ReadOptions { n_neighbours, radius, format, values, color_bits, .. } = &options.read;
+    format!(
+        "index, guided {n_neighbours} {radius:?} {format:?} {values:?} {color_bits:?} {header:?}"
+    )
 }
 
 /// Bytes that wait for the disk.

@@ -66,6 +66,7 @@ impl SessionFormats {
             formats: self,
             format: self.plugins.format.format.as_deref(),
             values: self.values.as_ref(),
+            color_bits: self.plugins.format.color_bits.into(),
             ..ReadOptions::default()
         }
     }
@@ -135,8 +136,8 @@ pub fn stand_upright(lens: &mut LensArguments, files: &[PathBuf], plugins: &Plug
     }
     let formats = SessionFormats::new(plugins);
     let clouds = files.iter().flat_map(|file| clouds_of(file));
-    // Built-in formats never say it, and to read their heads may be to read them.
-    let says_z = clouds.filter(|file| !is_built_in(file)).any(|file| {
+    // Meshes as text never say it, and to read their heads is to read them.
+    let says_z = clouds.filter(|file| !is_text_mesh(file)).any(|file| {
         if is_pyramid_file(&file) {
             return Pyramid::directory_of(&file)
                 .is_ok_and(|directory| directory.source.up == FileUpAxis::Z);
@@ -160,10 +161,10 @@ fn clouds_of(file: &Path) -> Vec<PathBuf> {
     shown.map(|cloud| scene.path_of(cloud)).collect()
 }
 
-/// Whether a file's name is that of a format which is built in.
-fn is_built_in(file: &Path) -> bool {
+/// Whether a file's name is that of a mesh as text.
+fn is_text_mesh(file: &Path) -> bool {
     let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    matches!(ending.as_str(), "ply" | "obj" | "off")
+    matches!(ending.as_str(), "obj" | "off")
 }
 
 /// Values of a format's parameters as they were typed, to be read when the format is loaded; `None` where there are none.

@@ -30,17 +30,29 @@ pub fn note(clouds: &Clouds, scene: &Scene) {
 }
 
 /// Why there is nothing to see, in a line: files without points, or with all of them in one place.
-fn nothing_to_see(clouds: &Clouds) -> Option<&'static str> {
-    let in_files = clouds.loaded.iter().map(|loaded| loaded.summary.n_surfels).sum::<u64>();
+#[must_use]
+pub fn nothing_to_see(clouds: &Clouds) -> Option<String> {
+    let summaries = || clouds.loaded.iter().map(|loaded| &loaded.summary);
+    let in_files = summaries().map(|summary| summary.n_surfels).sum::<u64>();
     let facts = &clouds.facts;
-    match clouds.loaded.is_empty() {
-        true => None,
-        false if in_files == 0 => Some("there are no points to show"),
-        false if in_files > 1 && facts.n_surfels > 1 && facts.bounds_min == facts.bounds_max => {
-            Some("all points lie in one place")
-        }
-        false => None,
+    if clouds.loaded.is_empty() {
+        return None;
     }
+    if in_files == 0 {
+        let dropped = summaries().find(|summary| summary.n_dropped > 0);
+        return Some(match dropped {
+            None => "there are no points to show".to_owned(),
+            Some(summary) => format!(
+                "there are no points to show: {} of {} are left out, {}",
+                summary.n_dropped,
+                summary.file,
+                summary.why_dropped()
+            ),
+        });
+    }
+    let in_one_place = facts.bounds_min == facts.bounds_max;
+    (in_files > 1 && facts.n_surfels > 1 && in_one_place)
+        .then(|| "all points lie in one place".to_owned())
 }
 
 /// Whether clouds lie so far apart that all of them are specks, in a line.
@@ -124,15 +136,19 @@ mod tests {
 
     #[test]
     fn files_without_anything_to_see_are_said() {
-        let of = |n: usize, at: &[f32]| {
+        let dropping = |n: usize, n_dropped: u64, at: &[f32]| {
             let positions = Buffer::F32(at.iter().flat_map(|x| [*x, 0.0, 0.0]).collect());
             let cloud =
                 Cloud::new(DVec3::ZERO, vec![Column::new("position", 3, positions)]).unwrap();
-            let summary = Summary { n_surfels: n as u64, ..Summary::default() };
+            let (file, n_surfels) = ("a.ply".to_owned(), n as u64);
+            let summary = Summary { file, n_surfels, n_dropped, ..Summary::default() };
             nothing_to_see(&Clouds::of(vec![Loaded { cloud, summary }]))
         };
-        assert_eq!(of(0, &[]), Some("there are no points to show"));
-        assert_eq!(of(2, &[1.0, 1.0]), Some("all points lie in one place"));
+        let of = |n: usize, at: &[f32]| dropping(n, 0, at);
+        assert_eq!(of(0, &[]).as_deref(), Some("there are no points to show"));
+        let line = dropping(0, 3, &[]).unwrap();
+        assert!(line.ends_with("3 of a.ply are left out, their coordinates are not finite"));
+        assert_eq!(of(2, &[1.0, 1.0]).as_deref(), Some("all points lie in one place"));
         assert_eq!(of(2, &[1.0, 2.0]), None);
         assert_eq!(of(1, &[1.0]), None);
         assert_eq!(of(2, &[]), None, "filters hide them, which is said elsewhere");

@@ -12,7 +12,7 @@ pub mod select;
 pub mod values;
 
 pub(crate) use plugin_files::check_isolated;
-pub use plugin_files::{FormatArguments, PluginFiles, is_plugin_file};
+pub use plugin_files::{FileColorBits, FormatArguments, PluginFiles, is_plugin_file};
 
 use crate::options::camera::CameraSpec;
 use crate::options::colors::ColorArguments;

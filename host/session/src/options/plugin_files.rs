@@ -6,10 +6,11 @@ use crate::options::values::Setting;
 use crate::output::terminal;
 use crate::trust_file::TrustFile;
 use anyhow::{Context as _, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use surfelshop_api::params::Values;
+use surfelshop_cloud::ColorBits;
 use surfelshop_runtime::plugins::{
     Contents, Entry, Origin, Place, Registry, SearchPath, Timeouts, Trust, has_library_extension,
 };
@@ -58,7 +59,7 @@ pub struct PluginFiles {
 /// How files of plugins' formats are read.
 #[derive(Clone, Debug, Default, Args)]
 pub struct FormatArguments {
-    /// Read files with this format, whatever they look like; `surfelshop plugins` lists formats.
+    /// Read files with this format, whatever they look like: ply, obj, off, or one that `surfelshop plugins` lists.
     #[arg(long, value_name = "FORMAT")]
     pub format: Option<String>,
     /// What the columns of a text file hold, such as x,y,z,intensity,-; `-` leaves one out.
@@ -69,6 +70,33 @@ pub struct FormatArguments {
     /// A parameter of the format, as id=value; may be repeated.
     #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
     pub format_set: Vec<Setting>,
+    /// What colours of 16 bits hold: values of 8 bits, of 16, or what their values tell.
+    #[arg(long, value_enum, value_name = "BITS", default_value_t)]
+    pub color_bits: FileColorBits,
+}
+
+/// What colours of 16 bits hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum FileColorBits {
+    /// 8 bits where no value is larger than 255, else 16.
+    #[default]
+    Auto,
+    /// Values of 8 bits, as some programs leave them in LAS files; larger ones count as 255.
+    #[value(name = "8")]
+    Eight,
+    /// Values of 16 bits, however dark they are.
+    #[value(name = "16")]
+    Sixteen,
+}
+
+impl From<FileColorBits> for ColorBits {
+    fn from(bits: FileColorBits) -> Self {
+        match bits {
+            FileColorBits::Auto => Self::Told,
+            FileColorBits::Eight => Self::Eight,
+            FileColorBits::Sixteen => Self::Sixteen,
+        }
+    }
 }
 
 impl FormatArguments {

@@ -17,18 +17,23 @@ const INK: [f32; 3] = [0.96; 3];
 /// The size of the ramp, in lines of text: how wide, and how high at most.
 const RAMP: [f32; 2] = [1.1, 11.0];
 
-/// Draws a legend into the corner where it hides least; into the lower right one where that makes no difference. What
-/// does not fit into the picture is cut off at its edges.
-pub fn draw(image: &mut Image, legend: &Legend) {
+/// The largest share of a picture that a legend hides.
+const LARGEST: f32 = 0.5;
+
+/// Draws a legend into the corner where it hides least; into the lower right one where that makes no difference. Nothing
+/// is drawn, and `false` returned, where it would hide more than half of the picture.
+#[must_use]
+pub fn draw(image: &mut Image, legend: &Legend) -> bool {
     let shorter = image.width.min(image.height) as f32;
     let text = Text { size: (shorter / LINES).max(SMALLEST).round() };
     let title = Line::new(&heading(legend), text.size);
-    match &legend.body {
+    let drawn = match &legend.body {
         LegendBody::Ramp { colors, ticks, beyond } => {
-            ramp(image, &text, &title, colors, ticks, *beyond);
+            ramp(image, &text, &title, colors, ticks, *beyond)
         }
         LegendBody::List(entries) => list(image, &text, &title, entries),
-    }
+    };
+    drawn.is_some()
 }
 
 /// The title, with the unit where there is one.
@@ -84,12 +89,23 @@ impl Text {
         middle + 0.33 * self.size
     }
 
-    /// Draws the panel of a size in a corner, with the title; the corner of what is in it.
-    fn panel(&self, image: &mut Image, title: &Line, [width, height]: [f32; 2]) -> [f32; 2] {
+    /// Draws the panel of a size in a corner, with the title; the corner of what is in it. `None` where it is too large for
+    /// the picture.
+    fn panel(
+        &self,
+        image: &mut Image,
+        title: &Line,
+        [width, height]: [f32; 2],
+    ) -> Option<[f32; 2]> {
         let margin = self.margin();
         let size =
             [width.max(title.width).ceil() + 2.0 * margin, height + self.line() + 2.0 * margin];
-        let ends = [image.width as f32 - margin, image.height as f32 - margin];
+        let picture = [image.width as f32, image.height as f32];
+        let fits = (0..2).all(|axis| size[axis] + 2.0 * margin <= picture[axis]);
+        if !fits || size[0] * size[1] > LARGEST * picture[0] * picture[1] {
+            return None;
+        }
+        let ends = picture.map(|end| end - margin);
         let [right, bottom] = [ends[0] - size[0], ends[1] - size[1]];
         let corners = [[right, bottom], [right, margin], [margin, bottom], [margin, margin]];
         let hidden = corners.map(|corner| covered(image, corner, size));
@@ -99,7 +115,7 @@ impl Text {
         fill(image, [low, [low[0] + size[0], low[1] + size[1]]], color, alpha);
         let [x, y] = [low[0] + margin, low[1] + margin];
         title.draw(image, [x, self.base(y + 0.45 * self.line())], INK);
-        [x, y + self.line()]
+        Some([x, y + self.line()])
     }
 
     /// The height that there is for what is in a panel.
@@ -115,7 +131,7 @@ fn ramp(
     colors: &[[u8; 3]],
     ticks: &[Tick],
     beyond: [bool; 2],
-) {
+) -> Option<()> {
     let size = text.size;
     let height = (RAMP[1] * size).min(text.room(image) - size).max(2.0 * size).round();
     let least = f64::from(1.2 * size / height);
@@ -128,13 +144,13 @@ fn ramp(
     // Half a label stands out at either end, or the point of the ramp.
     let half = (0.5 * size).round();
     let corner = [bar + mark + 0.4 * size + widest, height + 2.0 * half];
-    let [x, y] = text.panel(image, title, corner);
+    let [x, y] = text.panel(image, title, corner)?;
     let y = y + half;
     // A row of pixels for each step of it; the upper end is high. Ticks lie in the middles of rows, too.
     for row in 0..height as usize {
         let share = 1.0 - row as f32 / (height - 1.0);
         let place = (share * colors.len().saturating_sub(1) as f32).round() as usize;
-        let Some(color) = colors.get(place) else { return };
+        let color = colors.get(place)?;
         let top = y + row as f32;
         fill(image, [[x, top], [x + bar, top + 1.0]], unit(*color), 1.0);
     }
@@ -155,9 +171,10 @@ fn ramp(
         fill(image, [[x + bar, top], [x + bar + mark, top + thick]], INK, 1.0);
         label.draw(image, [x + bar + mark + 0.4 * size, text.base(at)], INK);
     }
+    Some(())
 }
 
-fn list(image: &mut Image, text: &Text, title: &Line, entries: &[LegendEntry]) {
+fn list(image: &mut Image, text: &Text, title: &Line, entries: &[LegendEntry]) -> Option<()> {
     let (size, line) = (text.size, text.line());
     let most = (text.room(image) / line).max(1.0) as usize;
     let (shown, n_others) = listed(entries, most);
@@ -169,7 +186,7 @@ fn list(image: &mut Image, text: &Text, title: &Line, entries: &[LegendEntry]) {
     let widest = labels.iter().map(|(_, label)| label.width).fold(0.0, f32::max);
     let (swatch, gap) = (size.round(), (0.6 * size).round());
     let corner = [swatch + gap + widest, labels.len() as f32 * line];
-    let [x, mut y] = text.panel(image, title, corner);
+    let [x, mut y] = text.panel(image, title, corner)?;
     for (color, label) in &labels {
         let middle = y + 0.5 * line;
         if let Some(color) = color {
@@ -179,6 +196,7 @@ fn list(image: &mut Image, text: &Text, title: &Line, entries: &[LegendEntry]) {
         label.draw(image, [x + swatch + gap, text.base(middle)], INK);
         y += line;
     }
+    Some(())
 }
 
 /// How many pixels of a part of a picture show something at all.
@@ -232,7 +250,7 @@ mod tests {
     #[test]
     fn a_legend_is_drawn_in_its_corner_with_the_colours_of_the_map() {
         let mut image = picture(400, 300);
-        draw(&mut image, &ramp_legend());
+        assert!(draw(&mut image, &ramp_legend()));
         for end in [0, 255] {
             assert!(has(&image, ColorMap::Viridis.colors()[end]), "{end}");
         }
@@ -262,7 +280,7 @@ mod tests {
         for (i, pixel) in image.data.chunks_mut(4).enumerate() {
             pixel[3] = f32::from(u8::from(shown(i % 400 >= 200, i / 400 >= 300)));
         }
-        draw(&mut image, &ramp_legend());
+        assert!(draw(&mut image, &ramp_legend()));
         let at = image.data.chunks(4).position(|pixel| pixel[0] > 0.9).unwrap();
         [at % 400 >= 200, at / 400 >= 300]
     }
@@ -282,7 +300,7 @@ mod tests {
         let legend =
             Legend { title: "label".into(), unit: None, body: LegendBody::List(entries.clone()) };
         let mut image = picture(300, 300);
-        draw(&mut image, &legend);
+        assert!(draw(&mut image, &legend));
         assert!(entries.iter().all(|entry| has(&image, entry.color)));
         let numbers: Vec<_> = (0..9).map(|i| entry(i, u64::from(i) * 100 % 7)).collect();
         let (shown, n_others) = listed(&numbers, 4);
@@ -293,14 +311,15 @@ mod tests {
     }
 
     #[test]
-    fn small_and_empty_pictures_are_no_failure() {
+    fn pictures_that_are_too_small_stay_as_they_are() {
         for size in [[0, 0], [1, 1], [8, 300], [300, 8], [40, 40]] {
             let mut image = picture(size[0], size[1]);
-            draw(&mut image, &ramp_legend());
+            let empty = image.clone();
+            assert!(!draw(&mut image, &ramp_legend()));
             let entries = (0..200).map(|i| entry(i, 1)).collect();
             let body = LegendBody::List(entries);
-            draw(&mut image, &Legend { title: "a".into(), unit: Some("s"), body });
-            assert!(image.data.iter().all(|value| (0.0..=1.0).contains(value)));
+            assert!(!draw(&mut image, &Legend { title: "a".into(), unit: Some("s"), body }));
+            assert_eq!(image.data, empty.data);
         }
         assert_eq!(heading(&Legend { unit: Some("s"), ..ramp_legend() }), "height [s]");
     }

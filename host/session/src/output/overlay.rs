@@ -2,6 +2,7 @@
 
 use super::legend;
 use super::measures::{self, DrawnMeasure};
+use super::terminal;
 use surfelshop_api::View;
 use surfelshop_cloud::display::Legend;
 use surfelshop_image::Image;
@@ -26,8 +27,12 @@ impl Overlay {
     /// Draws it.
     pub fn draw(&self, image: &mut Image) {
         measures::draw(image, &self.view, &self.measures);
-        if let Some(legend) = &self.legend {
-            legend::draw(image, legend);
+        if let Some(legend) = &self.legend
+            && !legend::draw(image, legend)
+        {
+            terminal::warn_once(
+                "the legend would hide more than half of the picture and is left out; make the picture larger",
+            );
         }
     }
 }

@@ -210,7 +210,7 @@ fn what_the_file_cannot_hold_is_said() {
         "in spring",
         "0.3048",
         "points up",
-        "the scanner's place",
+        "the place of the scanner",
         "1 points without finite",
         "1 values of `return_number`",
     ];
@@ -246,16 +246,11 @@ fn a_cloud_that_is_no_scan_stays_without_a_scanner() {
 fn the_axis_that_points_up_is_said_where_it_is_not_z() {
     for (up, said) in [
         (UpAxis::Z, None),
-        (
-            UpAxis::Y,
-            Some(
-                "y points up in this cloud, and E57 is read with z up: render the file with `--up y`",
-            ),
-        ),
+        (UpAxis::Y, Some("y points up in this cloud, and E57 is read with z up: say `--up y`")),
         (
             UpAxis::Unknown,
             Some(
-                "this cloud does not say which axis points up, and E57 is read with z up: render the file with `--up y`, if it is y",
+                "this cloud does not say which axis points up, and E57 is read with z up: say `--up y`, if it is y",
             ),
         ),
     ] {

@@ -15,7 +15,7 @@ use crate::write::tail::Tail;
 use crate::write::xml_text::{guid, text};
 use e57::{DateTime, E57Writer, Extension, PointCloudWriter, Quaternion, Transform, Translation};
 use std::io::{Read, Seek, Write};
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, Pose, UpAxis};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, Kept, KeptUp, Pose};
 use surfelshop_api::{Job, Result};
 
 /// Extensions and what names them for good.
@@ -143,24 +143,19 @@ fn describe<T: Read + Write + Seek>(
     if header.pose != Pose::default() || is_at_zero {
         scan.set_transform(Some(transform(&header.pose, metres(header))));
     }
-    if seen.is_some() && !is_at_zero {
-        lines.push(
-            "the scanner's place is not written: in E57 files it is the zero of a scan's axes"
-                .to_owned(),
-        );
-    }
-    if header.grid.is_some() && header.column(ROW_INDEX).is_none() {
-        lines.push("the grid of points is not written".to_owned());
-    }
-    let (which, option) = match header.up {
-        UpAxis::X => ("x points up in this cloud", "`--up x`"),
-        UpAxis::Y => ("y points up in this cloud", "`--up y`"),
-        UpAxis::Unknown => ("this cloud does not say which axis points up", "`--up y`, if it is y"),
-        UpAxis::Z => ("", ""),
+    let kept = Kept {
+        up: KeptUp::TakenAsZ,
+        name: true,
+        unit: true,
+        coordinate_system: true,
+        scanner: seen.is_none() || is_at_zero,
+        time: true,
+        grid: header.column(ROW_INDEX).is_some(),
+        comments: true,
+        // Known when all points are there.
+        faces: true,
     };
-    if !which.is_empty() {
-        lines.push(format!("{which}, and E57 is read with z up: render the file with {option}"));
-    }
+    lines.extend(header.left_out("E57", kept));
     let metres = metres(header);
     if metres != 1.0 && !header.coordinate_system.is_empty() {
         lines.push(

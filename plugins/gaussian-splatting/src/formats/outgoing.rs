@@ -1,11 +1,11 @@
 //! Gaussians on their way into a file, out of the columns of any cloud.
 
-use super::{Gaussian, MOST_REST, SH_0, rest_of, rotation, sign};
+use super::{ANTIALIASED, Gaussian, MOST_REST, SH_0, rest_of, rotation, sign};
 use std::borrow::Cow;
 use surfelshop_api::columns::{
     COLOR, OPACITY, POSITION, RADIUS, SH, SPLAT_ROTATION, SPLAT_SCALE, Values,
 };
-use surfelshop_api::format::{CloudHeader, CloudSource, UpAxis};
+use surfelshop_api::format::{CloudHeader, CloudSource, Kept, KeptUp, UpAxis};
 use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::prelude::{CloudView, Error, Job, Result};
 
@@ -126,6 +126,8 @@ pub(super) struct FormatRange {
     pub(super) degree: usize,
     /// The axis that points up in its files, where that is known.
     pub(super) up: UpAxis,
+    /// Whether files say that splats were trained with antialiasing.
+    pub(super) antialiased: bool,
 }
 
 impl FormatRange {
@@ -163,14 +165,15 @@ impl FormatRange {
                 "in {name} files y points up, in this cloud another axis: coordinates are left as they are"
             ));
         }
-        if header.has_faces {
-            lines.push("triangles were left out".to_owned());
-        }
         if n_placeless > 0 {
             lines
                 .push(format!("{n_placeless} Gaussians whose places are no numbers were left out"));
         }
-        lines.extend(header.without_system());
+        // The axis is said above, where the format has one.
+        let up = if self.up == UpAxis::Unknown { KeptUp::TakenAsY } else { KeptUp::Said };
+        let mut header = header.clone();
+        header.comments.retain(|comment| !(self.antialiased && comment == ANTIALIASED));
+        lines.extend(header.left_out(name, Kept { up, ..Kept::default() }));
         lines
     }
 

@@ -26,7 +26,8 @@ use surfelshop_api::prelude::{Error, HostInfo, Job, LimitInfo, Result, UnitInfo}
 /// Bytes of a Gaussian.
 const RECORD: usize = 32;
 
-const RANGE: FormatRange = FormatRange { name: "SPLAT", degree: 0, up: UpAxis::Unknown };
+const RANGE: FormatRange =
+    FormatRange { name: "SPLAT", degree: 0, up: UpAxis::Unknown, antialiased: false };
 
 /// The format.
 pub(crate) struct Splat;

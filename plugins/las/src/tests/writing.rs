@@ -369,12 +369,54 @@ fn places_of_scanners_are_said_to_be_left_out() {
     let mut cloud = Cloud::at(line(9));
     cloud.header.scanner = Some(DVec3::ONE);
     let (_, lines) = write(cloud, &Settings::default(), "p.las").unwrap();
-    assert_eq!(lines, ["the place of the scanner is left out"]);
-    for (format, n_lines) in [("PTX text", 1), ("", 1), ("LAS 1.4, point format 6", 0)] {
-        let mut scans = Cloud::at(line(9)).with("scan", 1, Owned::U16(vec![0; 9]));
-        scans.header.format = format.to_owned();
-        let (_, lines) = write(scans, &Settings::default(), "p.las").unwrap();
-        assert_eq!(lines.len(), n_lines, "{lines:?}");
-        assert!(lines.iter().all(|line| line.contains("places of scanners")), "{lines:?}");
+    assert_eq!(lines, ["LAS has no place for the place of the scanner"]);
+}
+
+/// Invariant: what a LAS header has beside points comes back, and records that are not read are named
+/// Cost: milliseconds
+#[test]
+fn the_numbers_of_a_header_come_back_and_other_records_are_named() {
+    let mut made = Handmade::new(2, 1).with_walk(20, 3);
+    for i in 0..6 {
+        made.records.push(("Mapper", 100 + i, vec![7; 30]));
+    }
+    let mut bytes = made.las();
+    bytes[4..6].copy_from_slice(&513u16.to_le_bytes());
+    bytes[8..24].copy_from_slice(&std::array::from_fn::<u8, 16, _>(|i| 200 + i as u8));
+    bytes[26..58].copy_from_slice(format!("{:\0<32}", "RIEGL").as_bytes());
+    let before = read(bytes).unwrap();
+    let comments = &before.clouds[0].header.comments;
+    for said in ["file source id: 513", "record not read: `Mapper` 105, 30 bytes"] {
+        assert!(comments.iter().any(|comment| comment == said), "{comments:?}");
+    }
+    let (bytes, lines) = write(cloud_of(&before), &Settings::default(), "h.las").unwrap();
+    assert_eq!((&bytes[4..6], &bytes[26..33]), (&[1, 2][..], &b"RIEGL\0\0"[..]));
+    assert_eq!(bytes[8..24], std::array::from_fn::<u8, 16, _>(|i| 200 + i as u8));
+    let line = "records of the file that was read are left out: `Mapper` 100, 30 bytes; `Mapper` 101, 30 bytes; \
+                `Mapper` 102, 30 bytes; `Mapper` 103, 30 bytes; 2 more";
+    assert!(lines.iter().any(|said| said == line), "{lines:?}");
+    let again = read(bytes).unwrap().clouds[0].header.comments.clone();
+    let are_ours =
+        |comment: &&String| !comment.contains("not read") && !comment.contains("software");
+    assert_eq!(
+        again.iter().filter(are_ours).collect::<Vec<_>>(),
+        comments.iter().filter(are_ours).collect::<Vec<_>>()
+    );
+}
+
+/// Invariant: where a coordinate system in WKT makes the version one whose angles are coarser, a line says so
+/// Cost: milliseconds
+#[test]
+fn the_version_that_a_system_needs_is_said() {
+    let wkt = "PROJCS[\"a\",UNIT[\"metre\",1]]";
+    for (system, has_angles, n_lines) in [(wkt, true, 1), (wkt, false, 0), ("EPSG:2992", true, 0)] {
+        let mut cloud = Cloud::at(line(9));
+        if has_angles {
+            cloud = cloud.with("scan_angle", 1, Owned::F32(vec![3.0; 9]));
+        }
+        cloud.header.coordinate_system = system.to_owned();
+        let (_, lines) = write(cloud, &Settings::default(), "w.las").unwrap();
+        let said = lines.iter().filter(|line| line.contains("since the coordinate system is WKT"));
+        assert_eq!(said.count(), n_lines, "{lines:?}");
     }
 }

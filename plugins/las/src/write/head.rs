@@ -6,18 +6,17 @@ use super::scale::Steps;
 use crate::extra::shortened;
 use crate::header::{LONG, SHORT, months};
 use crate::layout::STANDARD_TIME;
+use crate::notes;
 use crate::projection::{is_wkt, keys_of};
 use crate::up_record;
 use laz::LazVlr;
 use std::time::{SystemTime, UNIX_EPOCH};
 use surfelshop_api::Result;
-use surfelshop_api::format::{CloudHeader, GPS_TIME, SCAN, UpAxis};
+use surfelshop_api::format::{CloudHeader, GPS_TIME, Kept, KeptUp, UpAxis};
 use surfelshop_api::glam::DVec3;
 
 /// What wrote the file.
 const SOFTWARE: &str = concat!("Surfelshop ", env!("CARGO_PKG_VERSION"));
-/// The comment that a reader makes of it.
-const BY_SOFTWARE: &str = "software: ";
 /// Longest payload of a record.
 const LONGEST: usize = u16::MAX as usize;
 
@@ -64,8 +63,12 @@ impl Head {
         }
         head.put(0, b"LASF");
         head.put(6, &encoding.to_le_bytes());
+        let note = |beginning| notes::find(&cloud.comments, beginning);
+        let source_id = note(notes::SOURCE_ID).and_then(|id| id.parse::<u16>().ok());
+        head.put(4, &source_id.unwrap_or(0).to_le_bytes());
+        head.put(8, &note(notes::PROJECT_ID).and_then(notes::project_id).unwrap_or_default());
         head.put(24, &[1, plan.minor]);
-        head.put(26, b"OTHER");
+        head.put(26, shortened(note(notes::SYSTEM).unwrap_or("OTHER"), 32).as_bytes());
         head.put(58, shortened(SOFTWARE, 31).as_bytes());
         let (day, year) = day_of(&cloud.time).unwrap_or_else(today);
         head.put(90, &day.to_le_bytes());
@@ -161,13 +164,23 @@ impl Head {
     }
 
     fn add_comments(&mut self, cloud: &CloudHeader, lines: &mut Vec<String>) {
-        let comments = cloud.comments.iter().filter(|comment| !comment.starts_with(BY_SOFTWARE));
-        for comment in comments {
+        let has_place = |comment: &&String| notes::ALL.iter().any(|note| comment.starts_with(note));
+        for comment in cloud.comments.iter().filter(|comment| !has_place(comment)) {
             let body = shortened(comment, LONGEST - 1);
             if body.len() < comment.len() {
                 lines.push("a comment of more than 65534 bytes is cut short".to_owned());
             }
             self.add("LASF_Spec", 3, &[body.as_bytes(), b"\0"].concat());
+        }
+        let others = cloud.comments.iter().filter_map(|text| text.strip_prefix(notes::NOT_READ));
+        let others: Vec<&str> = others.collect();
+        if !others.is_empty() {
+            let (named, n_more) = (&others[..others.len().min(4)], others.len().saturating_sub(4));
+            let more = if n_more > 0 { format!("; {n_more} more") } else { String::new() };
+            lines.push(format!(
+                "records of the file that was read are left out: {}{more}",
+                named.join("; ")
+            ));
         }
     }
 }
@@ -185,23 +198,10 @@ fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
             "{which}, and programs read LAS with z up; a record for Surfelshop notes it"
         ));
     }
-    if cloud.has_faces {
-        lines.push("the triangles are left out".to_owned());
-    }
-    if cloud.grid.is_some() {
-        lines.push("the rows and columns of the grid are left out".to_owned());
-    }
-    if cloud.scanner.is_some() {
-        lines.push("the place of the scanner is left out".to_owned());
-    }
-    // Several scans come as one cloud, whose header has no scanner.
-    let is_las = ["LAS ", "LAZ ", "COPC "].iter().any(|own| cloud.format.starts_with(own));
-    if !is_las && cloud.scanner.is_none() && cloud.column(SCAN).is_some() {
-        lines.push(
-            "poses and places of scanners, where they are known, are left out: LAS holds none"
-                .to_owned(),
-        );
-    }
+    // A header has the day alone; units and systems have lines of their own.
+    let is_day = cloud.time.len() == 10 && day_of(&cloud.time).is_some();
+    let kept = Kept { unit: true, coordinate_system: true, time: is_day, ..Kept::default() };
+    lines.extend(cloud.left_out("LAS", Kept { up: KeptUp::Said, comments: true, ..kept }));
 }
 
 /// Day of the year, from 1, and year of a time that begins with a date: `2018-03-05`.

@@ -9,6 +9,8 @@ mod plan;
 mod scale;
 mod values;
 
+use crate::layout::ANGLE_STEP;
+use crate::projection::is_wkt;
 use crate::settings::{Settings, Version};
 use ahead::{Ahead, Outcome};
 use encode::{Counts, Encoder};
@@ -17,7 +19,7 @@ use output::Output;
 use plan::{Plan, Put};
 use scale::Steps;
 use surfelshop_api::columns::POSITION;
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, SCAN_ANGLE};
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::{CloudView, Error, Job, Result};
 use values::{Value as _, each_type};
@@ -95,13 +97,23 @@ fn minor(
         Version::Auto => plan::narrow(header),
     };
     Ok(match narrow {
-        None => (4, None),
+        None => (4, for_wkt(header)),
         Some(narrow) if narrow.is_empty() => (2, None),
         Some(narrow) => match ahead.look(clouds, &narrow, job)? {
             Outcome::Fits => (2, None),
             Outcome::Exceeds => (4, None),
             Outcome::Unknown => (4, Some(TOO_LARGE.to_owned())),
         },
+    })
+}
+
+/// What is said where 1.4 is written for its coordinate system, and angles of whole degrees change by it.
+fn for_wkt(header: &CloudHeader) -> Option<String> {
+    let is_wkt = is_wkt(&header.coordinate_system) && header.column(SCAN_ANGLE).is_some();
+    is_wkt.then(|| {
+        format!(
+            "LAS 1.4 is written, since the coordinate system is WKT: its scan angles are steps of {ANGLE_STEP} degrees"
+        )
     })
 }
 

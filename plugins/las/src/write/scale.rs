@@ -37,7 +37,7 @@ impl Steps {
             if one < least {
                 if chosen > 0.0 {
                     return Err(Error::new(format!(
-                        "a scale of {chosen} does not reach over the {} units of the cloud; expected at least {}",
+                        "a scale of {chosen:?} does not reach over the {:?} units of the cloud; expected at least {:?}",
                         extent[axis],
                         power_above(least)
                     )));

@@ -183,18 +183,3 @@ fn headers_are_as_pcl_writes_them() {
     let (title, rest) = text.split_once('\n').unwrap();
     assert_eq!(format!("{}\n{rest}", title.trim_end()), expected);
 }
-
-/// Invariant: where several scans stood is not lost without a line
-/// Cost: milliseconds
-#[test]
-fn places_of_several_scanners_are_said_to_be_left_out() {
-    for (format, n_lines) in [("PTX text", 1), ("", 1), ("PCD 0.7, ascii", 0)] {
-        let mut scans = TestCloud::default()
-            .column("position", 3, Owned::F64(vec![0.5; 6]))
-            .column("scan", 1, Owned::U16(vec![0, 1]));
-        scans.header.format = format.to_owned();
-        let (_, lines) = write(scans, Encoding::Binary).unwrap();
-        assert_eq!(lines.len(), n_lines, "{lines:?}");
-        assert!(lines.iter().all(|line| line.contains("places of scanners")), "{lines:?}");
-    }
-}

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use surfelshop_api::columns::{COLOR, CloudView, ColumnView, NORMAL, POSITION, RADIUS};
 use surfelshop_api::format::{
     CloudHeader, CloudSink, CloudSource, CloudSourceHost, Collected, CollectedCloud, FileColumn,
-    FileHost, FileSink, FileSource,
+    FileHost, FileSink, FileSource, UpAxis,
 };
 use surfelshop_api::job::JobHost;
 use surfelshop_api::tool::EditHeader;
@@ -66,7 +66,8 @@ pub(super) struct TestCloud {
 impl TestCloud {
     /// A cloud with positions.
     pub(super) fn new(positions: &[[f64; 3]]) -> Self {
-        let header = CloudHeader { name: "test".to_owned(), ..CloudHeader::default() };
+        let header =
+            CloudHeader { name: "test".to_owned(), up: UpAxis::Y, ..CloudHeader::default() };
         let cloud = Self { header, columns: Vec::new(), len: positions.len(), batch: 7 };
         cloud.with(POSITION, 3, Buffer::F64(positions.as_flattened().to_vec()))
     }

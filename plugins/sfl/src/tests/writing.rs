@@ -152,6 +152,7 @@ fn what_a_file_cannot_hold_is_said() {
         .with(COLOR, 4, Buffer::U16(vec![65535, 0, 257, 300, 514, 770, 0, 65535]));
     cloud.header.has_faces = true;
     cloud.header.coordinate_system = "EPSG:32632".to_owned();
+    cloud.header.up = UpAxis::Unknown;
     let (bytes, lines) = write(&[cloud]);
     let expected = [
         "columns `ao`, `intensity` are left out: surfels of SFL have no such property",
@@ -160,7 +161,8 @@ fn what_a_file_cannot_hold_is_said() {
         "`color` is rounded to 8 bits of sRGB",
         "`shininess` is rounded to whole numbers from 0 to 255",
         "`weight` is rounded to 32-bit floats",
-        "coordinate reference systems are left out: SFL holds none",
+        "SFL has no place for the coordinate reference system",
+        "a cloud does not say which axis points up: the file says y",
         "triangles are left out: SFL holds none",
     ];
     assert_eq!(lines, expected);

@@ -1,7 +1,7 @@
 //! What a file cannot hold, in lines for people.
 
 use std::collections::{BTreeMap, BTreeSet};
-use surfelshop_api::format::{CloudHeader, UpAxis};
+use surfelshop_api::format::{CloudHeader, Kept, KeptUp, UpAxis};
 use surfelshop_api::glam::DVec3;
 
 /// Most origins that are named each.
@@ -12,7 +12,7 @@ const MAX_ORIGINS: usize = 4;
 pub(super) struct Report {
     left_out: BTreeMap<String, &'static str>,
     rounded: BTreeMap<&'static str, &'static str>,
-    others: BTreeSet<&'static str>,
+    others: BTreeSet<String>,
     origins: Vec<(String, DVec3)>,
     /// Largest difference of a coordinate.
     position_error: f64,
@@ -32,8 +32,8 @@ impl Report {
     }
 
     /// Something else.
-    pub(super) fn says(&mut self, line: &'static str) {
-        self.others.insert(line);
+    pub(super) fn says(&mut self, line: &str) {
+        self.others.insert(line.to_owned());
     }
 
     /// A coordinate that is stored so far from what it was.
@@ -53,18 +53,15 @@ impl Report {
 
     /// What surfel sets cannot hold of a header; `up` is the axis that the file says points up.
     pub(super) fn header(&mut self, header: &CloudHeader, up: UpAxis) {
-        if header.has_faces {
-            self.says("triangles are left out: SFL holds none");
-        }
         if header.up != up && header.up != UpAxis::Unknown {
             self.says("clouds differ in which axis points up: the file says that of the first one");
         }
-        if header.scanner.is_some() {
-            self.says("the places of scanners are left out: SFL holds none");
+        if header.up == UpAxis::Unknown {
+            self.says("a cloud does not say which axis points up: the file says y");
         }
-        if !header.coordinate_system.is_empty() {
-            self.says("coordinate reference systems are left out: SFL holds none");
-        }
+        // Of comments and triangles it is said where they come.
+        let kept = Kept { up: KeptUp::Said, name: true, unit: true, time: true, ..Kept::default() };
+        self.others.extend(header.left_out("SFL", Kept { comments: true, faces: true, ..kept }));
     }
 
     /// All of it.
@@ -102,7 +99,7 @@ impl Report {
                 "normals are rounded to codes of 32 bits, by at most {degrees:.4} degrees: `normals=float` keeps them"
             ));
         }
-        lines.extend(self.others.iter().map(|&line| line.to_owned()));
+        lines.extend(self.others);
         lines
     }
 }

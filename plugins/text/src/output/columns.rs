@@ -3,9 +3,8 @@
 use super::lines::{Output, Word};
 use super::words::Form;
 use crate::layout::{Delimiter, Target, is_whole, shown};
-use crate::xyz::TABLE;
 use surfelshop_api::columns::{COLOR, Element, POSITION};
-use surfelshop_api::format::{CloudHeader, CloudSource, FileColumn, FileSink, SCAN};
+use surfelshop_api::format::{CloudSource, FileColumn, FileSink, Kept, KeptUp};
 use surfelshop_api::job::Job;
 use surfelshop_api::{CloudView, Error, Result};
 
@@ -29,8 +28,8 @@ pub(crate) fn write_table(
                     output.text(&names(&cloud.columns, delimiter))?;
                 }
                 lines.extend(untyped(&cloud.columns));
-                lines.extend(cloud.without_system());
-                lines.extend(without_places(&cloud));
+                let kept = Kept { up: KeptUp::TakenAsZ, ..Kept::default() };
+                lines.extend(cloud.left_out("a table of points", kept));
                 first = Some(cloud.columns.clone());
             }
             Some(first) if *first != cloud.columns => {
@@ -43,23 +42,8 @@ pub(crate) fn write_table(
         while let Some(batch) = clouds.next_batch()? {
             output.points(&batch, &words(&batch), job)?;
         }
-        if cloud.has_faces {
-            lines.push("triangles are left out: a table has only points".to_owned());
-        }
     }
     Ok(lines)
-}
-
-/// Says that a table has no place for where scanners stood. Several scans come as one cloud whose header has none.
-fn without_places(cloud: &CloudHeader) -> Option<String> {
-    if cloud.scanner.is_some() {
-        return Some("the place of the scanner is left out: a table has only points".to_owned());
-    }
-    let is_table = cloud.format.starts_with(TABLE);
-    (!is_table && cloud.column(SCAN).is_some()).then(|| {
-        "poses and places of scanners, where they are known, are left out: a table has only points"
-            .to_owned()
-    })
 }
 
 /// The columns whose type numbers in text do not tell, in a line; `None` where all are floats or colours.

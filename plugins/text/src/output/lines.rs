@@ -3,7 +3,7 @@
 use super::words::{Form, push};
 use std::fmt::Write;
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, INTENSITY, Pose};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, INTENSITY, Kept, KeptUp, Pose};
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::job::Job;
 use surfelshop_api::{CloudView, Result};
@@ -141,9 +141,12 @@ pub(crate) fn write_fixed(
             }
             FixedFormat::Ptx => {
                 let (columns, rows) = (output.unknown_count()?, output.unknown_count()?);
-                output.text(&pose_lines(&header.pose))?;
+                // The zero of a scan's axes is where the scanner stands: there they are moved.
+                let scanner = header.scanner.filter(|place| place.is_finite()).unwrap_or_default();
+                let translation = header.pose.place(scanner);
+                output.text(&pose_lines(&Pose { translation, ..header.pose }))?;
                 while let Some(batch) = clouds.next_batch()? {
-                    n_at_zero += write_scan_points(&mut output, &batch, job)?;
+                    n_at_zero += write_scan_points(&mut output, &batch, scanner, job)?;
                     n_points += batch.len as u64;
                 }
                 // Our grids go row by row, those of PTX column by column: a row of ours is a column there.
@@ -167,13 +170,33 @@ pub(crate) fn write_fixed(
 /// The first coordinate of points at zero: three zeros are a place without a point.
 const BESIDE_ZERO: &str = "1e-9";
 
-/// Points of a scan; those that are not finite stand for places from which nothing came back. Returns how many lie at
+/// The coordinates of a batch.
+fn positions<'a>(batch: &CloudView<'a>) -> &'a [f64] {
+    match batch.column(POSITION).map(|column| column.values) {
+        Some(Values::F64(positions)) => positions,
+        _ => &[],
+    }
+}
+
+/// Points of a scan, in the axes of a scanner that stands there; those that are not finite stand for places from which nothing came back. Returns how many lie at
 /// zero, which does so, too, and are written beside it.
 fn write_scan_points(
     output: &mut Output<'_>,
     batch: &CloudView<'_>,
+    scanner: DVec3,
     job: &Job<'_>,
 ) -> Result<usize> {
+    let seen: Vec<f64> = positions(batch)
+        .as_chunks::<3>()
+        .0
+        .iter()
+        .flat_map(|place| (DVec3::from_array(*place) - scanner).to_array())
+        .collect();
+    let mut batch = batch.clone();
+    for column in batch.columns.iter_mut().filter(|column| column.name == POSITION) {
+        column.values = Values::F64(&seen);
+    }
+    let batch = &batch;
     let words = words(FixedFormat::Ptx, batch);
     let none: Vec<Word> = words
         .iter()
@@ -188,10 +211,7 @@ fn write_scan_points(
     if let Some(word) = beside.first_mut() {
         *word = Word::Text(BESIDE_ZERO);
     }
-    let positions = match batch.column(POSITION).map(|column| column.values) {
-        Some(Values::F64(positions)) => positions,
-        _ => &[],
-    };
+    let positions = positions(batch);
     let pieces = output.lines(batch.len, job, |row, text| {
         let position = positions.get(3 * row..3 * row + 3).unwrap_or_default();
         let words = match position.iter().all(|coordinate| coordinate.is_finite()) {
@@ -251,14 +271,14 @@ fn pose_lines(pose: &Pose) -> String {
 
 /// What of a cloud has no place in a format, for people.
 fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
-    let mut lines = header.without_system();
+    let (name, kept) = match format {
+        FixedFormat::Pts => ("PTS", Kept::default()),
+        FixedFormat::Ptx => ("PTX", Kept { scanner: true, grid: true, ..Kept::default() }),
+    };
+    let mut lines = header.left_out(name, Kept { up: KeptUp::TakenAsZ, ..kept });
     let others = header.columns.iter().map(|column| column.name.as_str());
     let others: Vec<&str> =
         others.filter(|name| ![POSITION, INTENSITY, COLOR].contains(name)).collect();
-    let name = match format {
-        FixedFormat::Pts => "PTS",
-        FixedFormat::Ptx => "PTX",
-    };
     let others: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
     match others.as_slice() {
         [] => {}
@@ -279,20 +299,11 @@ fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
     if header.column(COLOR).is_some_and(|(_, column)| column.components > 3) {
         lines.push("the opacity of `color` is left out".to_owned());
     }
-    if header.has_faces {
-        lines.push(format!("triangles are left out: {name} has only points"));
-    }
-    match (format, header.scanner) {
-        (FixedFormat::Pts, Some(_)) => {
-            lines.push("the place of the scanner is left out: PTS has none".to_owned());
-        }
-        (FixedFormat::Ptx, Some(place)) if place.length() > 1e-9 => {
-            lines.push(
-                "the place of the scanner is left out: in PTX it is the zero of a scan's axes"
-                    .to_owned(),
-            );
-        }
-        _ => {}
+    if format == FixedFormat::Ptx && header.scanner.is_none() {
+        lines.push(
+            "this cloud does not say where the scanner stood, and PTX is read as if at the zero of the points"
+                .to_owned(),
+        );
     }
     let has_color = header.column(COLOR).is_some_and(|(_, column)| column.components >= 3);
     if format == FixedFormat::Pts && has_color && element(INTENSITY).is_none() {

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 use surfelshop_api::columns::{ColumnView, Element, POSITION, Values};
 use surfelshop_api::format::{
     CloudHeader, CloudSink, CloudSinkHost, CloudSource, CloudSourceHost, Collected, CollectedCloud,
-    FileColumn, FileHost, FileSink, FileSource, Format,
+    FileColumn, FileHost, FileSink, FileSource, Format, UpAxis,
 };
 use surfelshop_api::job::JobHost;
 use surfelshop_api::prelude::*;
@@ -134,7 +134,12 @@ struct StoredCloud {
 impl StoredCloud {
     fn new(positions: &[[f64; 3]]) -> Self {
         let n_rows = positions.len();
-        Self { n_rows, ..Self::default() }.with(POSITION, 3, Stored::F64(positions.concat()))
+        let header = CloudHeader { up: UpAxis::Z, ..CloudHeader::default() };
+        Self { header, n_rows, ..Self::default() }.with(
+            POSITION,
+            3,
+            Stored::F64(positions.concat()),
+        )
     }
 
     fn with(mut self, name: &str, components: u32, values: Stored) -> Self {

@@ -159,6 +159,7 @@ fn scans_are_read_with_their_poses() {
         lines,
         [
             "`color` is rounded to 8 bits of sRGB",
+            "this cloud does not say where the scanner stood, and PTX is read as if at the zero of the points",
             "intensity is written as a fraction of its type's largest number",
             "there is no intensity: 0.5 is written",
         ]
@@ -195,16 +196,41 @@ fn missing_intensities_and_places_of_scanners_are_said() {
     assert_eq!(lines, ["there is no intensity: 0 is written"]);
     let mut seen = StoredCloud::new(&[[1.0; 3]]);
     seen.header.scanner = Some(DVec3::X);
-    let scans = StoredCloud::new(&[[1.0; 3]]).with("scan", 1, Stored::U16(vec![0]));
     let said = |lines: Vec<String>, part: &str| {
         assert!(lines.iter().any(|line| line.contains(part)), "{part}: {lines:?}");
     };
-    said(write_with::<Pts>(&[seen.clone()], "a.pts", &()).1, "place of the scanner is left out");
-    said(write_with::<Ptx>(&[seen.clone()], "a.ptx", &()).1, "place of the scanner is left out");
+    said(
+        write_with::<Pts>(&[seen.clone()], "a.pts", &()).1,
+        "no place for the place of the scanner",
+    );
     let table = |cloud| write_with::<Xyz>(&[cloud], "a.xyz", &Settings::default()).1;
-    said(table(seen.clone()), "place of the scanner is left out");
-    said(table(scans), "poses and places of scanners, where they are known, are left out");
-    seen.header.scanner = Some(DVec3::ZERO);
-    let (_, lines) = write_with::<Ptx>(&[seen], "a.ptx", &());
-    assert!(!lines.iter().any(|line| line.contains("scanner")), "{lines:?}");
+    said(table(seen.clone()), "no place for the place of the scanner");
+    seen.header.scanner = None;
+    said(write_with::<Ptx>(&[seen], "a.ptx", &()).1, "does not say where the scanner stood");
+}
+
+/// Invariant: a scanner beside zero stands at the zero of the axes that PTX writes
+/// Cost: milliseconds
+#[test]
+fn scans_are_moved_to_where_their_scanner_is_zero() {
+    let places = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.5], [7.0, 8.0, 9.0]];
+    let mut seen = StoredCloud::new(&places);
+    seen.header.scanner = Some(DVec3::new(1.0, 2.0, 3.0));
+    seen.header.pose = Pose {
+        rotation: DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2),
+        translation: DVec3::new(100.0, 0.0, 0.0),
+    };
+    let pose = seen.header.pose;
+    let (text, lines) = write_with::<Ptx>(&[seen], "a.ptx", &());
+    // What lies where the scanner stands is written beside it.
+    assert!(lines.iter().all(|line| !line.contains("place for")), "{lines:?}");
+    assert!(text.contains("\n1e-9 0 0 0.5\n3 3 3.5 0.5\n6 6 6 0.5\n"), "{text}");
+    let found = read_with::<Ptx>(text.as_bytes(), "a.ptx", &()).unwrap();
+    let cloud = &found.clouds[0];
+    assert_eq!(cloud.header.scanner, Some(DVec3::ZERO));
+    assert!((cloud.header.pose.translation - DVec3::new(98.0, 1.0, 3.0)).length() < 1e-9);
+    for (place, point) in places.iter().zip(cloud.columns[0].chunks_exact(3)) {
+        let found = cloud.header.pose.place(DVec3::from_slice(point));
+        assert!((found - pose.place(DVec3::from_array(*place))).length() < 2e-9);
+    }
 }

@@ -17,6 +17,7 @@ use crate::assemble::memory_estimate;
 use crate::error::{ReadFault, listed};
 use crate::faces::Faces;
 use crate::formats::body::Body;
+use crate::formats::facts;
 use crate::formats::lines::Lines;
 use crate::formats::stream::{Layout, emit_table, refused};
 use crate::options::ReadOptions;
@@ -95,14 +96,14 @@ impl<R: BufRead> File<R> {
     pub(crate) fn facts(&self, columns: Option<&[String]>) -> CloudHeader {
         let element = &self.header.elements[self.vertices];
         let woven = self.header.encoding != Encoding::Ascii && !element::has_lists(element);
-        CloudHeader {
+        facts::said(CloudHeader {
             format: format!("PLY, {}", self.header.encoding.name()),
             rows: Some(element.count),
             columns: Layout::of(&fields_of(element, woven)).wanted(columns).columns(),
             has_faces: self.has_faces(),
             comments: self.header.comments.clone(),
             ..CloudHeader::default()
-        }
+        })
     }
 
     /// Hands the points over, batch by batch, and the faces between them. Text, and records with lists, are read

@@ -8,6 +8,7 @@ use crate::cloud::buffer::{Buffer, with_vec};
 use crate::cloud::column::{Column, has_fixed_type};
 use crate::cloud::provenance;
 use crate::error::WriteError;
+use crate::formats::facts;
 use crate::options::WriteOptions;
 use glam::DVec3;
 use ply_rs_bw::ply::{
@@ -207,6 +208,7 @@ fn header(
         let DVec3 { x, y, z } = cloud.origin();
         header.comments.push(format!("surfelshop origin {x} {y} {z}"));
     }
+    header.comments.extend(facts::of_cloud(cloud));
     for (i, column) in cloud.columns().iter().enumerate() {
         let is_foreign = !has_fixed_type(column.name()) && records.has_column(i);
         if is_foreign && column.components() > 1 {

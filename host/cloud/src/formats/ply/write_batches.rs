@@ -4,13 +4,14 @@ use super::lists::scalar_type;
 use super::properties::{binary_value, property_name, text_value};
 use super::splats::SplatRecords;
 use crate::error::WriteError;
+use crate::formats::facts;
 use ply_rs_bw::ply::ScalarType;
 use std::collections::HashSet;
 use std::io::{self, Write as _};
 use std::path::Path;
 use surfelshop_api::CloudView;
 use surfelshop_api::columns::Element;
-use surfelshop_api::format::{CloudHeader, CloudSourceHost, FileColumn, FileHost, UpAxis};
+use surfelshop_api::format::{CloudHeader, CloudSourceHost, FileColumn, FileHost};
 
 /// Letters of a number that is written later: as many as the largest has, padded with spaces, which readers
 /// pass over.
@@ -30,7 +31,7 @@ impl Out<'_> {
     }
 }
 
-/// Writes one cloud, in its own coordinates; what was lost in lines: nothing.
+/// Writes one cloud, in its own coordinates; what was lost in lines.
 pub(crate) fn write_batches(
     file: &dyn FileHost,
     path: &Path,
@@ -74,27 +75,7 @@ pub(crate) fn write_batches(
             file.write_at(place, count.to_string().as_bytes()).map_err(io)?;
         }
     }
-    Ok(lost(&header))
-}
-
-/// Says what of a cloud's header PLY has no place for.
-fn lost(header: &CloudHeader) -> Vec<String> {
-    let mut lines = header.without_system();
-    // Without an axis y points up.
-    match header.up {
-        UpAxis::X => lines.push("that x points up is left out".to_owned()),
-        UpAxis::Z => {
-            lines.push("that z points up is left out: `--up z` says it again".to_owned());
-        }
-        UpAxis::Y | UpAxis::Unknown => {}
-    }
-    if header.grid.is_some() {
-        lines.push("the rows and columns of the grid are left out".to_owned());
-    }
-    if header.scanner.is_some() {
-        lines.push("the place of the scanner is left out".to_owned());
-    }
-    lines
+    Ok(header.left_out("PLY", facts::KEPT))
 }
 
 /// Names and types of the properties of points.
@@ -157,6 +138,9 @@ fn head(
         if !stale(comment) {
             text += &format!("comment {}\n", comment.replace('\r', " "));
         }
+    }
+    for comment in facts::comments(header) {
+        text += &format!("comment {comment}\n");
     }
     for (i, column) in header.columns.iter().enumerate() {
         let is_foreign = !crate::cloud::column::has_fixed_type(&column.name)

@@ -161,19 +161,4 @@ impl CloudHeader {
     pub fn column(&self, name: &str) -> Option<(usize, &FileColumn)> {
         self.columns.iter().enumerate().find(|(_, column)| column.name == name)
     }
-
-    /// Lines that say what is left out by a format with no place for a coordinate system and a unit; none where the
-    /// cloud has no system and metres.
-    #[must_use]
-    pub fn without_system(&self) -> Vec<String> {
-        let mut lines = Vec::new();
-        if !self.coordinate_system.is_empty() {
-            lines.push("the coordinate reference system is left out".to_owned());
-        }
-        let metres = self.metres_per_unit;
-        if metres > 0.0 && metres.to_bits() != 1f64.to_bits() {
-            lines.push(format!("the unit of {metres} m is left out"));
-        }
-        lines
-    }
 }

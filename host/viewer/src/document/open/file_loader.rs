@@ -1,5 +1,6 @@
 //! Files are read on a thread of their own.
 
+use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -23,6 +24,8 @@ pub(crate) struct LoadedFiles {
     /// The index of each cloud among all clouds of the scene, hidden ones too; files opened beside a
     /// scene follow.
     pub(crate) entries: Vec<usize>,
+    /// Files that could not be read while others could, and why.
+    pub(crate) unread: Vec<(PathBuf, String)>,
 }
 
 /// Files being read; dropping it stops the thread.
@@ -114,11 +117,15 @@ fn read_all(
     wake: &Arc<dyn Fn() + Send + Sync>,
     previews: &Sender<Clouds>,
 ) -> Result<LoadedFiles, String> {
-    let inputs = Inputs::open(files).map_err(|error| format!("{error:#}"))?;
+    let mut inputs = Inputs::open(files).map_err(|error| format!("{error:#}"))?;
     let (n_sources, started) = (inputs.sources.len().max(1), Instant::now());
-    let mut n_read = 0u32;
-    let mut done = Vec::new();
-    let read = |file: &Path| -> Result<_, ReadError> {
+    let (is_scene, mut n_read) = (inputs.opened.is_some(), 0u32);
+    let (mut done, fault) = (Vec::<(PathBuf, Loaded)>::new(), RefCell::new(None));
+    let mut read = |file: &Path| -> Result<_, ReadError> {
+        // Read before one of the others could not be.
+        if let Some((_, loaded)) = done.iter().find(|(known, _)| known == file) {
+            return Ok(loaded.clone());
+        }
         let progress = |fraction: f64| {
             let whole = (f64::from(n_read) + fraction.clamp(0.0, 1.0)) / n_sources as f64;
             let now = (whole * 1000.0) as u64;
@@ -135,33 +142,59 @@ fn read_all(
             }
             ControlFlow::Continue(())
         };
-        let preview = preview_of(file, &done, up, previews, wake);
+        let before = done.iter().map(|(_, loaded)| loaded.clone()).collect();
+        let preview = preview_of(file, before, up, previews, wake);
         // Clouds of scenes move to their places when they are there.
-        let preview = Some(&preview).filter(|_| inputs.opened.is_none());
+        let preview = Some(&preview).filter(|_| !is_scene);
         let options = ReadOptions { preview, ..formats.reading(&progress) };
         let loaded = surfelshop_cloud::read(file, &options);
         n_read += 1;
-        done.extend(loaded.as_ref().ok().cloned());
+        match &loaded {
+            Ok(loaded) => done.push((file.to_owned(), loaded.clone())),
+            Err(error) => *fault.borrow_mut() = Some((file.to_owned(), error.to_string())),
+        }
         loaded
     };
-    let clouds = Clouds::read_with(&inputs.sources, Some(formats), read)
-        .map_err(|error| format!("{error:#}"))?;
+    let mut unread = Vec::new();
+    let clouds = loop {
+        match Clouds::read_with(&inputs.sources, Some(formats), &mut read) {
+            Ok(clouds) => break clouds,
+            // Of several files the others are shown; a scene is not what it was without one.
+            Err(error) => match fault.borrow_mut().take() {
+                Some((file, line))
+                    if !is_scene
+                        && !state.cancelled.load(Ordering::Relaxed)
+                        && inputs.sources.iter().any(|source| source.path != file) =>
+                {
+                    inputs.sources.retain(|source| source.path != file);
+                    unread.push((file, line));
+                }
+                _ => return Err(all_lines(unread, format!("{error:#}"))),
+            },
+        }
+    };
     // Where a scan is to be looked at from within is found here, since it takes a while.
     let of_scene = inputs.opened.as_ref().and_then(|opened| opened.scene.up);
     let clouds = inside::with_standpoint(clouds, of_scene.map_or(up, UpAxis::from));
     let entries = entries(&inputs);
-    Ok(LoadedFiles { clouds, scene: inputs.opened, entries })
+    Ok(LoadedFiles { clouds, scene: inputs.opened, entries, unread })
+}
+
+/// Why none of the files could be read.
+fn all_lines(unread: Vec<(PathBuf, String)>, last: String) -> String {
+    let lines = unread.into_iter().map(|(_, line)| line).chain([last]);
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// Sends on what comes of a file before all of it is read, beside those that are there.
 fn preview_of(
     file: &Path,
-    done: &[Loaded],
+    done: Vec<Loaded>,
     up: UpAxis,
     previews: &Sender<Clouds>,
     wake: &Arc<dyn Fn() + Send + Sync>,
 ) -> PreviewSink {
-    let (name, done) = (file.display().to_string(), done.to_vec());
+    let name = file.display().to_string();
     let (previews, wake) = (previews.clone(), wake.clone());
     Arc::new(move |mut loaded: Loaded| {
         loaded.summary.file.clone_from(&name);
@@ -214,6 +247,31 @@ mod tests {
         .unwrap();
         let error = result(&loader).err().unwrap();
         assert!(error.contains("no/such/cloud.ply"), "{error}");
+    }
+
+    #[test]
+    fn the_others_are_shown_where_a_file_cannot_be_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let [good, bad, other] = ["a.ply", "b.ply", "c.ply"].map(|name| folder.path().join(name));
+        let text = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+                    property float z\nend_header\n1 2 3\n";
+        std::fs::write(&good, text).unwrap();
+        std::fs::write(&other, text).unwrap();
+        std::fs::write(&bad, "ply\nformat").unwrap();
+        let read = |files: &[&PathBuf]| {
+            let files = files.iter().map(|file| file.to_path_buf()).collect();
+            let loader = FileLoader::start(files, false, (formats(), UpAxis::Auto), || ()).unwrap();
+            result(&loader)
+        };
+        let loaded = read(&[&good, &bad, &other]).unwrap();
+        let files: Vec<_> =
+            loaded.clouds.loaded.iter().map(|one| one.summary.file.clone()).collect();
+        assert_eq!(files, [good.display().to_string(), other.display().to_string()]);
+        assert_eq!((loaded.unread.len(), loaded.entries.len()), (1, 2));
+        assert!(loaded.unread[0].1.contains("b.ply"), "{:?}", loaded.unread);
+        let missing = folder.path().join("none.ply");
+        let error = read(&[&bad, &missing]).err().unwrap();
+        assert!(error.contains("b.ply") && error.contains("none.ply"), "{error}");
     }
 
     #[test]

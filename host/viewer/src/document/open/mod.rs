@@ -123,7 +123,7 @@ impl Window {
             return;
         };
         let loader = self.document.loader.take();
-        let files = loader.map(|loader| loader.files.clone()).unwrap_or_default();
+        let mut files = loader.map(|loader| loader.files.clone()).unwrap_or_default();
         let recovery = self.document.recovery.as_mut();
         let session = recovery.and_then(|recovery| recovery.reading.take());
         self.document.replace_confirmed = false;
@@ -137,6 +137,13 @@ impl Window {
                 return;
             }
         };
+        for (file, line) in &loaded.unread {
+            files.retain(|other| other != file);
+            self.messages.warn(line.as_str());
+        }
+        if let Some(line) = plausibility::nothing_to_see(&loaded.clouds) {
+            self.messages.warn(line);
+        }
         if adds {
             return self.show_added(&files, &loaded);
         }
@@ -168,7 +175,7 @@ impl Window {
 
     /// Shows clouds and the scene that were read from these files, of which some points may have been shown before.
     fn show_loaded(&mut self, files: Vec<PathBuf>, loaded: LoadedFiles, previewed: bool) {
-        let LoadedFiles { clouds, scene, entries } = loaded;
+        let LoadedFiles { clouds, scene, entries, .. } = loaded;
         if scene.is_none() && !previewed {
             self.leave_settings();
         }

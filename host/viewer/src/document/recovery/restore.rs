@@ -51,7 +51,7 @@ pub(crate) fn restored_clouds(
     session: OrphanSession,
     loaded: LoadedFiles,
 ) -> Option<(OpenClouds, SceneFile, Option<PathBuf>)> {
-    let LoadedFiles { clouds, scene, entries } = loaded;
+    let LoadedFiles { clouds, scene, entries, .. } = loaded;
     let mut file = scene?.scene;
     match scene::read(session.session.folder.join(&session.manifest.opened)) {
         Ok(opened) => {

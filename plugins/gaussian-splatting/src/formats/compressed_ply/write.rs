@@ -18,7 +18,8 @@ const AT_ONCE: usize = 64;
 /// steps.
 const MOST_LOG: f32 = 20.0;
 
-const RANGE: FormatRange = FormatRange { name: "compressed PLY", degree: 3, up: UpAxis::Unknown };
+const RANGE: FormatRange =
+    FormatRange { name: "compressed PLY", degree: 3, up: UpAxis::Unknown, antialiased: false };
 
 /// All Gaussians.
 #[derive(Default)]

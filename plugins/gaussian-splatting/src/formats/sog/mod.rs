@@ -49,7 +49,8 @@ const MOST_META: u64 = 16 << 20;
 /// Most Gaussians that are believed to be packed into one byte.
 const MOST_RATIO: u64 = 256;
 
-const RANGE: FormatRange = FormatRange { name: "SOG", degree: 3, up: UpAxis::Unknown };
+const RANGE: FormatRange =
+    FormatRange { name: "SOG", degree: 3, up: UpAxis::Unknown, antialiased: true };
 
 /// The format.
 pub(crate) struct Sog;

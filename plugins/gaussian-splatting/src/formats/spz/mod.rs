@@ -26,7 +26,7 @@ use header::{ATTRIBUTES, Attribute, Header, MAGIC};
 use surfelshop_api::format::{CloudSink, CloudSource, FileSink, FileSource, FileTypes, UpAxis};
 use surfelshop_api::prelude::{Error, HostInfo, Job, LimitInfo, Result, UnitInfo};
 
-const RANGE: FormatRange = FormatRange { name: "SPZ", degree: 3, up: UpAxis::Y };
+const RANGE: FormatRange = FormatRange { name: "SPZ", degree: 3, up: UpAxis::Y, antialiased: true };
 
 /// The format.
 pub(crate) struct Spz;

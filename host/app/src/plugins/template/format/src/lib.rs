@@ -19,7 +19,8 @@
 use surfelshop_api::Format;
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
 use surfelshop_api::format::{
-    BATCH, CloudHeader, CloudSink, CloudSource, FileColumn, FileSink, FileSource, FileTypes, UpAxis,
+    BATCH, CloudHeader, CloudSink, CloudSource, FileColumn, FileSink, FileSource, FileTypes, Kept,
+    UpAxis,
 };
 use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::prelude::{
@@ -214,9 +215,8 @@ fn what_is_lost(header: &CloudHeader) -> Vec<String> {
     if header.column(COLOR).is_none() {
         lines.push("there are no colours: all points are grey".to_owned());
     }
-    if header.has_faces {
-        lines.push("triangles were left out".to_owned());
-    }
+    // Units, scanners, triangles: what such a file has a place for would be `true` here.
+    lines.extend(header.left_out("{{Name}}", Kept::default()));
     lines
 }
 
