@@ -5,7 +5,7 @@ use crate::encode::Encoder;
 use crate::fields::PackedFields;
 use crate::header_text::{Facts, text};
 use crate::store::Store;
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, Kept};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, HeaderSupport};
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::{Error, Job, Result};
 
@@ -17,8 +17,7 @@ pub(crate) fn write(
     job: &Job<'_>,
     lines: &mut Vec<String>,
 ) -> Result<()> {
-    let mut header =
-        clouds.next_cloud()?.ok_or_else(|| Error::new("expected a cloud, found none"))?;
+    let header = clouds.next_cloud()?.ok_or_else(|| Error::new("expected a cloud, found none"))?;
     let mut encoder = Encoder::new(&header, encoding, lines)?;
     let [width, height] =
         header.grid.map_or([header.rows.unwrap_or(0), 1], |grid| grid.map(u64::from));
@@ -35,8 +34,7 @@ pub(crate) fn write(
     if !matches!(store, Store::Packed(_)) {
         file.write_at(0, text(&encoder.fields(), &facts, room).as_bytes())?;
     }
-    let (rows, has_faces) = points(clouds, &header, &mut encoder, &mut store, job)?;
-    header.has_faces |= has_faces;
+    let rows = points(clouds, &header, &mut encoder, &mut store, job)?;
     if width.checked_mul(height) != Some(rows) {
         if header.grid.is_some() {
             lines.push(format!(
@@ -45,7 +43,12 @@ pub(crate) fn write(
         }
         (facts.width, facts.height) = (rows, 1);
     }
-    lines.extend(header.left_out("PCD", Kept { scanner: true, grid: true, ..Kept::default() }));
+    lines.extend(
+        header.left_out(
+            "PCD",
+            HeaderSupport { scanner: true, grid: true, ..HeaderSupport::default() },
+        ),
+    );
     let fields = encoder.fields();
     match store {
         Store::Packed(packed) => {
@@ -73,15 +76,15 @@ impl Output<'_> {
     }
 }
 
-/// Puts all points of a cloud into the store; returns how many, and whether triangles came.
+/// Puts all points of a cloud into the store; returns how many.
 fn points(
     clouds: &mut CloudSource<'_>,
     header: &CloudHeader,
     encoder: &mut Encoder,
     store: &mut Store<'_>,
     job: &Job<'_>,
-) -> Result<(u64, bool)> {
-    let (mut bytes, mut rows, mut has_faces) = (Vec::new(), 0, false);
+) -> Result<u64> {
+    let (mut bytes, mut rows) = (Vec::new(), 0);
     while let Some(batch) = clouds.next_batch()? {
         job.check()?;
         if encoder.must_widen(&batch) {
@@ -91,12 +94,11 @@ fn points(
         encoder.encode(&batch, &mut bytes)?;
         store.append(&bytes, &encoder.fields(), job)?;
         rows += (bytes.len() / encoder.step()) as u64;
-        has_faces |= !batch.faces.is_empty();
         if let Some(all) = header.rows.filter(|&all| all > 0) {
             job.progress((rows as f64 / all as f64).min(1.0), "");
         }
     }
-    Ok((rows, has_faces))
+    Ok(rows)
 }
 
 fn compressed(packed: PackedFields, out: &mut Output<'_>, job: &Job<'_>) -> Result<()> {

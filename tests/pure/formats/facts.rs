@@ -50,7 +50,9 @@ fn differing(a: &CloudHeader, b: &CloudHeader) -> Vec<&'static str> {
     let near = |(a, b): (DVec3, DVec3)| (a - b).length() < 1e-6;
     // Single precision, as SFL has it.
     let is_unit = (a.metres_per_unit - b.metres_per_unit).abs() < 1e-7;
-    let has_comments = a.comments.iter().all(|comment| b.comments.contains(comment));
+    // E57 has one comment, which is read as `description: …`.
+    let comes = |comment: &String| b.comments.iter().any(|other| other.ends_with(comment));
+    let has_comments = a.comments.iter().all(comes);
     let kept = [
         (a.name == b.name, "name"),
         (scanner(a).zip(scanner(b)).map_or(a.scanner == b.scanner, near), "scanner"),

@@ -10,11 +10,11 @@
 
 use crate::cloud::Cloud;
 use glam::DVec3;
-use surfelshop_api::format::{CloudHeader, Kept, UpAxis};
+use surfelshop_api::format::{CloudHeader, HeaderSupport, UpAxis};
 
 /// What these comments keep.
-pub(super) const KEPT: Kept = Kept {
-    up: surfelshop_api::format::KeptUp::Said,
+pub(super) const KEPT: HeaderSupport = HeaderSupport {
+    up: surfelshop_api::format::UpSupport::Said,
     name: false,
     unit: true,
     coordinate_system: true,

@@ -192,7 +192,7 @@ fn what_the_file_cannot_hold_is_said() {
         .with("return_number", 1, Buffer::U8(vec![1, 1, 0]))
         .with("n_returns", 1, Buffer::U8(vec![1, 1, 0]))
         .with("scan", 1, Buffer::U32(vec![0; 3]));
-    cloud.faces = vec![[0, 1, 2]];
+    (cloud.faces, cloud.header.has_faces) = (vec![[0, 1, 2]], true);
     cloud.header.name = "a]]>b\u{1}".to_owned();
     cloud.header.time = "in spring".to_owned();
     cloud.header.metres_per_unit = 0.3048;

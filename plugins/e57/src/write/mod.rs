@@ -15,7 +15,7 @@ use crate::write::tail::Tail;
 use crate::write::xml_text::{guid, text};
 use e57::{DateTime, E57Writer, Extension, PointCloudWriter, Quaternion, Transform, Translation};
 use std::io::{Read, Seek, Write};
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, Kept, KeptUp, Pose};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, HeaderSupport, Pose, UpSupport};
 use surfelshop_api::{Job, Result};
 
 /// Extensions and what names them for good.
@@ -72,14 +72,13 @@ impl<T: Read + Write + Seek> Writing<'_, T> {
         let components: Vec<u32> = header.columns.iter().map(|column| column.components).collect();
         let metres = metres(header);
         let mut held = Held::new(header.step.map(|step| step * metres));
-        let (mut complete, mut has_faces) = (false, false);
+        let mut complete = false;
         loop {
             self.job.check()?;
             let Some(batch) = clouds.next_batch()? else {
                 complete = true;
                 break;
             };
-            has_faces |= !batch.faces.is_empty();
             if !held.add(&Points::new(&batch, &components, metres)?) {
                 break;
             }
@@ -97,7 +96,6 @@ impl<T: Read + Write + Seek> Writing<'_, T> {
         }
         drop(held);
         while let Some(batch) = if complete { None } else { clouds.next_batch()? } {
-            has_faces |= !batch.faces.is_empty();
             outgoing.add(&mut scan, &Points::new(&batch, &components, metres)?)?;
             n_points += batch.len;
             if let Some(rows) = header.rows.filter(|&rows| rows > 0) {
@@ -110,9 +108,6 @@ impl<T: Read + Write + Seek> Writing<'_, T> {
             scan.set_intensity_limits(Some(limits));
         }
         scan.finalize().map_err(|error| refused(&error))?;
-        if has_faces {
-            self.lines.push("triangles are not written".to_owned());
-        }
         self.lines.extend(outgoing.lines());
         Ok(())
     }
@@ -143,8 +138,8 @@ fn describe<T: Read + Write + Seek>(
     if header.pose != Pose::default() || is_at_zero {
         scan.set_transform(Some(transform(&header.pose, metres(header))));
     }
-    let kept = Kept {
-        up: KeptUp::TakenAsZ,
+    let held = HeaderSupport {
+        up: UpSupport::TakenAsZ,
         name: true,
         unit: true,
         coordinate_system: true,
@@ -152,10 +147,9 @@ fn describe<T: Read + Write + Seek>(
         time: true,
         grid: header.column(ROW_INDEX).is_some(),
         comments: true,
-        // Known when all points are there.
-        faces: true,
+        faces: false,
     };
-    lines.extend(header.left_out("E57", kept));
+    lines.extend(header.left_out("E57", held));
     let metres = metres(header);
     if metres != 1.0 && !header.coordinate_system.is_empty() {
         lines.push(

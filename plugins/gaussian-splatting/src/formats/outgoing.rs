@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use surfelshop_api::columns::{
     COLOR, OPACITY, POSITION, RADIUS, SH, SPLAT_ROTATION, SPLAT_SCALE, Values,
 };
-use surfelshop_api::format::{CloudHeader, CloudSource, Kept, KeptUp, UpAxis};
+use surfelshop_api::format::{CloudHeader, CloudSource, HeaderSupport, UpAxis, UpSupport};
 use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::prelude::{CloudView, Error, Job, Result};
 
@@ -170,10 +170,10 @@ impl FormatRange {
                 .push(format!("{n_placeless} Gaussians whose places are no numbers were left out"));
         }
         // The axis is said above, where the format has one.
-        let up = if self.up == UpAxis::Unknown { KeptUp::TakenAsY } else { KeptUp::Said };
+        let up = if self.up == UpAxis::Unknown { UpSupport::TakenAsY } else { UpSupport::Said };
         let mut header = header.clone();
         header.comments.retain(|comment| !(self.antialiased && comment == ANTIALIASED));
-        lines.extend(header.left_out(name, Kept { up, ..Kept::default() }));
+        lines.extend(header.left_out(name, HeaderSupport { up, ..HeaderSupport::default() }));
         lines
     }
 

@@ -12,7 +12,7 @@ use crate::up_record;
 use laz::LazVlr;
 use std::time::{SystemTime, UNIX_EPOCH};
 use surfelshop_api::Result;
-use surfelshop_api::format::{CloudHeader, GPS_TIME, Kept, KeptUp, UpAxis};
+use surfelshop_api::format::{CloudHeader, GPS_TIME, HeaderSupport, UpAxis, UpSupport};
 use surfelshop_api::glam::DVec3;
 
 /// What wrote the file.
@@ -200,8 +200,15 @@ fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
     }
     // A header has the day alone; units and systems have lines of their own.
     let is_day = cloud.time.len() == 10 && day_of(&cloud.time).is_some();
-    let kept = Kept { unit: true, coordinate_system: true, time: is_day, ..Kept::default() };
-    lines.extend(cloud.left_out("LAS", Kept { up: KeptUp::Said, comments: true, ..kept }));
+    let held = HeaderSupport {
+        unit: true,
+        coordinate_system: true,
+        time: is_day,
+        ..HeaderSupport::default()
+    };
+    lines.extend(
+        cloud.left_out("LAS", HeaderSupport { up: UpSupport::Said, comments: true, ..held }),
+    );
 }
 
 /// Day of the year, from 1, and year of a time that begins with a date: `2018-03-05`.

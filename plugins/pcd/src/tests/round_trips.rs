@@ -151,6 +151,7 @@ fn what_cannot_be_held_is_said() {
         .column("two words", 1, Owned::U8(vec![1, 2, 3]))
         .column("x", 1, Owned::U8(vec![4, 5, 6]));
     cloud.header.coordinate_system = "EPSG:25832".to_owned();
+    cloud.header.has_faces = true;
     let (bytes, lines) = write(cloud, Encoding::Binary).unwrap();
     for part in [
         "`two words` was written as `two_words`",

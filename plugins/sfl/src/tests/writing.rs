@@ -161,9 +161,8 @@ fn what_a_file_cannot_hold_is_said() {
         "`color` is rounded to 8 bits of sRGB",
         "`shininess` is rounded to whole numbers from 0 to 255",
         "`weight` is rounded to 32-bit floats",
-        "SFL has no place for the coordinate reference system",
+        "SFL has no place for the coordinate reference system and the triangles",
         "a cloud does not say which axis points up: the file says y",
-        "triangles are left out: SFL holds none",
     ];
     assert_eq!(lines, expected);
     let found = &read(&bytes).unwrap().clouds[0];

@@ -1,7 +1,7 @@
 //! What a file cannot hold, in lines for people.
 
 use std::collections::{BTreeMap, BTreeSet};
-use surfelshop_api::format::{CloudHeader, Kept, KeptUp, UpAxis};
+use surfelshop_api::format::{CloudHeader, HeaderSupport, UpAxis, UpSupport};
 use surfelshop_api::glam::DVec3;
 
 /// Most origins that are named each.
@@ -59,9 +59,11 @@ impl Report {
         if header.up == UpAxis::Unknown {
             self.says("a cloud does not say which axis points up: the file says y");
         }
-        // Of comments and triangles it is said where they come.
-        let kept = Kept { up: KeptUp::Said, name: true, unit: true, time: true, ..Kept::default() };
-        self.others.extend(header.left_out("SFL", Kept { comments: true, faces: true, ..kept }));
+        // Of comments it is said where they are written.
+        let held =
+            HeaderSupport { up: UpSupport::Said, name: true, unit: true, ..Default::default() };
+        let held = HeaderSupport { time: true, comments: true, ..held };
+        self.others.extend(header.left_out("SFL", held));
     }
 
     /// All of it.

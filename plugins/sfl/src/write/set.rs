@@ -160,9 +160,6 @@ impl SetWriter {
                     none.insert(self.begin(origin, file)?)
                 }
             };
-            if !batch.faces.is_empty() {
-                report.says("triangles are left out: SFL holds none");
-            }
             begun.records.encode(&batch, &mut bytes, report)?;
             let end = begun.end.after(bytes.len())?;
             file.write_at(begun.end.0.into(), &bytes)?;

@@ -4,7 +4,7 @@ use super::lines::{Output, Word};
 use super::words::Form;
 use crate::layout::{Delimiter, Target, is_whole, shown};
 use surfelshop_api::columns::{COLOR, Element, POSITION};
-use surfelshop_api::format::{CloudSource, FileColumn, FileSink, Kept, KeptUp};
+use surfelshop_api::format::{CloudSource, FileColumn, FileSink, HeaderSupport, UpSupport};
 use surfelshop_api::job::Job;
 use surfelshop_api::{CloudView, Error, Result};
 
@@ -28,8 +28,8 @@ pub(crate) fn write_table(
                     output.text(&names(&cloud.columns, delimiter))?;
                 }
                 lines.extend(untyped(&cloud.columns));
-                let kept = Kept { up: KeptUp::TakenAsZ, ..Kept::default() };
-                lines.extend(cloud.left_out("a table of points", kept));
+                let held = HeaderSupport { up: UpSupport::TakenAsZ, ..HeaderSupport::default() };
+                lines.extend(cloud.left_out("a table of points", held));
                 first = Some(cloud.columns.clone());
             }
             Some(first) if *first != cloud.columns => {

@@ -3,7 +3,9 @@
 use super::words::{Form, push};
 use std::fmt::Write;
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
-use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, INTENSITY, Kept, KeptUp, Pose};
+use surfelshop_api::format::{
+    CloudHeader, CloudSource, FileSink, HeaderSupport, INTENSITY, Pose, UpSupport,
+};
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::job::Job;
 use surfelshop_api::{CloudView, Result};
@@ -271,11 +273,13 @@ fn pose_lines(pose: &Pose) -> String {
 
 /// What of a cloud has no place in a format, for people.
 fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
-    let (name, kept) = match format {
-        FixedFormat::Pts => ("PTS", Kept::default()),
-        FixedFormat::Ptx => ("PTX", Kept { scanner: true, grid: true, ..Kept::default() }),
+    let (name, held) = match format {
+        FixedFormat::Pts => ("PTS", HeaderSupport::default()),
+        FixedFormat::Ptx => {
+            ("PTX", HeaderSupport { scanner: true, grid: true, ..HeaderSupport::default() })
+        }
     };
-    let mut lines = header.left_out(name, Kept { up: KeptUp::TakenAsZ, ..kept });
+    let mut lines = header.left_out(name, HeaderSupport { up: UpSupport::TakenAsZ, ..held });
     let others = header.columns.iter().map(|column| column.name.as_str());
     let others: Vec<&str> =
         others.filter(|name| ![POSITION, INTENSITY, COLOR].contains(name)).collect();

@@ -1,5 +1,6 @@
 //! What a file says of a cloud before its points.
 
+use super::support::HeaderSupport;
 use super::tree::PointTree;
 use crate::columns::{Element, Role, role_of};
 use glam::{DQuat, DVec3};
@@ -160,5 +161,14 @@ impl CloudHeader {
     #[must_use]
     pub fn column(&self, name: &str) -> Option<(usize, &FileColumn)> {
         self.columns.iter().enumerate().find(|(_, column)| column.name == name)
+    }
+
+    /// Lines that say what is left out by a format with no place for a coordinate system and a unit; none where the
+    /// cloud has no system and metres. [`left_out`](Self::left_out) says this and more.
+    #[must_use]
+    pub fn without_system(&self) -> Vec<String> {
+        let (unit, coordinate_system) = (self.metres_per_unit, self.coordinate_system.clone());
+        let only = Self { metres_per_unit: unit, coordinate_system, ..Self::default() };
+        only.left_out("the format", HeaderSupport::default())
     }
 }

@@ -8,7 +8,7 @@ mod clouds;
 mod file;
 pub(crate) mod file_types;
 mod header;
-mod kept;
+mod support;
 mod tree;
 
 pub use clouds::{
@@ -21,7 +21,7 @@ pub use header::{
     CLASSIFICATION, CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, POINT_SOURCE, Pose,
     RETURN_NUMBER, SCAN, SCAN_ANGLE, UpAxis,
 };
-pub use kept::{Kept, KeptUp};
+pub use support::{HeaderSupport, UpSupport};
 
 pub use tree::{PointNode, PointTree};
 

@@ -19,7 +19,7 @@
 use surfelshop_api::Format;
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
 use surfelshop_api::format::{
-    BATCH, CloudHeader, CloudSink, CloudSource, FileColumn, FileSink, FileSource, FileTypes, Kept,
+    BATCH, CloudHeader, CloudSink, CloudSource, FileColumn, FileSink, FileSource, FileTypes, HeaderSupport,
     UpAxis,
 };
 use surfelshop_api::params::linear_to_srgb;
@@ -216,7 +216,7 @@ fn what_is_lost(header: &CloudHeader) -> Vec<String> {
         lines.push("there are no colours: all points are grey".to_owned());
     }
     // Units, scanners, triangles: what such a file has a place for would be `true` here.
-    lines.extend(header.left_out("{{Name}}", Kept::default()));
+    lines.extend(header.left_out("{{Name}}", HeaderSupport::default()));
     lines
 }
 
