@@ -72,7 +72,11 @@ fn differing(a: &CloudHeader, b: &CloudHeader) -> Vec<&'static str> {
 fn what_headers_say_comes_back_or_a_line_names_it() {
     for (format, name) in FILES {
         for up in [UpAxis::X, UpAxis::Y, UpAxis::Z, UpAxis::Unknown] {
-            let (files, cloud) = (Files::new(), told(up));
+            let (files, mut cloud) = (Files::new(), told(up));
+            // Others get clouds in common coordinates.
+            if !["e57", "ptx", "sfl"].contains(&format) {
+                cloud.header.pose = Pose::default();
+            }
             let (path, lines) = write(&files, format, name, vec![cloud.clone()]);
             for word in differing(&cloud.header, &header_of(&path)) {
                 let is_said = lines.iter().any(|line| line.contains(word));
@@ -105,7 +109,7 @@ fn ply_files_keep_what_is_said_in_comments() {
             convert(&[path.clone()], &out, &all, false, &read_with, &write_with).unwrap();
             let after = header_of(&out);
             let lost = differing(&before, &after);
-            assert!(lost.iter().all(|word| ["name", "grid"].contains(word)), "{from}: {lost:?}");
+            assert!(lost.iter().all(|word| *word == "grid"), "{from}: {lost:?}");
             // The cloud that is read knows the same, and so does the one that is written of it.
             let again = files.at(&format!("again-{from}{i}.ply"));
             surfelshop_cloud::write(&again, &load(&out).cloud, &writing(formats())).unwrap();

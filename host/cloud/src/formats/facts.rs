@@ -1,6 +1,7 @@
 //! What a header says beside columns, as comments of files that have no other place for it:
 //!
 //! ```text
+//! comment surfelshop name scan 1
 //! comment surfelshop up z
 //! comment surfelshop unit 0.3048
 //! comment surfelshop system EPSG:2992
@@ -15,7 +16,7 @@ use surfelshop_api::format::{CloudHeader, HeaderSupport, UpAxis};
 /// What these comments keep.
 pub(super) const KEPT: HeaderSupport = HeaderSupport {
     up: surfelshop_api::format::UpSupport::Said,
-    name: false,
+    name: true,
     unit: true,
     coordinate_system: true,
     scanner: true,
@@ -35,6 +36,7 @@ pub(super) fn comments(header: &CloudHeader) -> Vec<String> {
     let unit = Some(header.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0);
     let scanner = header.scanner.filter(|place| place.is_finite());
     let texts = [
+        ("name", Some(line(&header.name))),
         ("up", axis.map(str::to_owned)),
         ("unit", unit.map(|metres| metres.to_string())),
         ("system", Some(line(&header.coordinate_system))),
@@ -49,12 +51,13 @@ pub(super) fn comments(header: &CloudHeader) -> Vec<String> {
 /// The comments of a cloud that is written as one.
 pub(super) fn of_cloud(cloud: &Cloud) -> Vec<String> {
     let source = cloud.source();
-    let scanner = match source.scans.as_slice() {
-        [only] => only.scanner,
+    let only = match source.scans.as_slice() {
+        [only] => Some(only),
         _ => None,
     };
     comments(&CloudHeader {
-        scanner,
+        name: only.map(|scan| scan.name.clone()).unwrap_or_default(),
+        scanner: only.and_then(|scan| scan.scanner),
         up: source.up,
         metres_per_unit: source.metres_per_unit,
         coordinate_system: source.coordinate_system.clone(),
@@ -79,6 +82,7 @@ fn take(header: &mut CloudHeader, comment: &str) -> Option<()> {
     let (what, text) = comment.strip_prefix("surfelshop ")?.split_once(' ')?;
     let number = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
     match what {
+        "name" => text.clone_into(&mut header.name),
         "up" => header.up = AXES.iter().find(|(_, name)| *name == text)?.0,
         "unit" => header.metres_per_unit = number(text).filter(|metres| *metres > 0.0)?,
         "system" => text.clone_into(&mut header.coordinate_system),
@@ -99,6 +103,7 @@ mod tests {
     #[test]
     fn what_is_said_comes_back_and_other_comments_stay() {
         let header = CloudHeader {
+            name: "hall, north".to_owned(),
             up: UpAxis::Z,
             metres_per_unit: 0.3048,
             coordinate_system: "PROJCS[\"a\",\n  UNIT[\"foot\",0.3048]]".to_owned(),
@@ -107,7 +112,7 @@ mod tests {
             ..CloudHeader::default()
         };
         let mut texts = comments(&header);
-        assert_eq!(texts.len(), 5);
+        assert_eq!(texts.len(), 6);
         let others = [
             "made by hand",
             "surfelshop column rgb 3",

@@ -310,6 +310,10 @@ fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
         );
     }
     let has_color = header.column(COLOR).is_some_and(|(_, column)| column.components >= 3);
+    let is_whole = |element| !matches!(element, Element::F32 | Element::F64);
+    if format == FixedFormat::Pts && element(INTENSITY).is_some_and(is_whole) {
+        lines.push("text keeps no types: read again, `intensity` will be floats".to_owned());
+    }
     if format == FixedFormat::Pts && has_color && element(INTENSITY).is_none() {
         lines.push("there is no intensity: 0 is written".to_owned());
     }
