@@ -217,7 +217,8 @@ fn what_the_file_cannot_hold_is_said() {
     for part in expected {
         assert!(lines.iter().any(|line| line.contains(part)), "{part}: {lines:?}");
     }
-    assert_eq!(lines.len(), expected.len(), "{lines:?}");
+    // Scanner and triangles are in one line.
+    assert_eq!(lines.len(), expected.len() - 1, "{lines:?}");
     let found = read(bytes).unwrap();
     let names: Vec<_> = found.clouds[0].header.columns.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(
