@@ -283,7 +283,7 @@ fn the_commands_of_the_page_work() {
     assert!(lines.len() >= 4, "{lines:?}");
     for line in lines {
         let line = line.replace('\'', "");
-        let ended = folder.run(&format!("{line} --size 96")).done();
+        let ended = folder.run(&format!("{line} --size 192")).done();
         assert_eq!(ended.stderr, "", "{line}");
     }
     for made in ["height.png", "normals.png", "radii.png", "top.png"] {

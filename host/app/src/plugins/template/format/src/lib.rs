@@ -19,8 +19,8 @@
 use surfelshop_api::Format;
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
 use surfelshop_api::format::{
-    BATCH, CloudHeader, CloudSink, CloudSource, FileColumn, FileSink, FileSource, FileTypes, HeaderSupport,
-    UpAxis,
+    BATCH, CloudHeader, CloudSink, CloudSource, FileColumn, FileSink, FileSource, FileTypes,
+    HeaderSupport, UpAxis,
 };
 use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::prelude::{
