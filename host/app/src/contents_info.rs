@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
 use std::fmt::{Error, Write as _};
-use surfelshop_api::format::{CloudHeader, UpAxis};
+use surfelshop_api::format::{CloudHeader, Pose, UpAxis};
 use surfelshop_cloud::{CloudContents, Contents, Source};
 
 /// Scans that are listed by name.
@@ -64,9 +64,13 @@ pub(crate) fn text(contents: &Contents) -> Result<String, Error> {
     if let Some([low, high]) = whole {
         // A head has the box of a scan's own axes, and a box is larger once it is turned.
         let is_turned = |cloud: &CloudContents| cloud.header.pose.rotation != DQuat::IDENTITY;
-        let most = match !contents.points_read && clouds.iter().any(is_turned) {
-            true => ", at most: boxes of turned scans; --full takes the points'",
-            false => "",
+        let is_moved = |cloud: &CloudContents| cloud.header.pose != Pose::default();
+        let most = match (contents.points_read, clouds.iter().any(is_turned)) {
+            (false, true) => ", at most: boxes of turned scans; --full takes the points'",
+            (false, false) if clouds.iter().any(is_moved) => {
+                ", by the boxes in their heads; --full takes the points'"
+            }
+            _ => "",
         };
         row("bounds", bounds(low, high) + most)?;
     }

@@ -350,6 +350,34 @@ static void take_header(void *context, uint32_t where, surfelshop_bytes bytes)
     sm_raw(&taken->header, bytes.ptr, bytes.len);
 }
 
+/** Lines of what a header says beside columns, for which the file has no place. */
+static void put_lost_facts(sm_builder *lines, uint32_t *n, sm_value header)
+{
+    static const char *const facts[][2] = {
+        {"name", "the name of the cloud"},
+        {"coordinate_system", "the coordinate reference system"},
+        {"time", "the time"},
+        {"scanner", "the place of the scanner"},
+        {"grid", "the rows and columns of the grid"},
+        {"comments", "comments"},
+    };
+    double metres = 0.0;
+    for (size_t i = 0; i < sizeof facts / sizeof facts[0]; i++) {
+        size_t len = 0;
+        sm_value fact = sm_find(header, facts[i][0]);
+        char line[100];
+        /* A text that is not empty, or a list that is not. */
+        if ((sm_text(fact, &len) == NULL || len == 0) && sm_count(fact) == 0)
+            continue;
+        snprintf(line, sizeof line, "the file has no place for %s", facts[i][1]);
+        sm_str(lines, line), ++*n;
+    }
+    if (sm_number(sm_find(header, "metres_per_unit"), &metres) && metres > 0.0 && metres != 1.0)
+        sm_str(lines, "the file has no place for the unit"), ++*n;
+    if (sm_is(sm_find(header, "up"), "z") || sm_is(sm_find(header, "up"), "x"))
+        sm_str(lines, "the file does not say which axis points up: read it with `--up`"), ++*n;
+}
+
 /** Lines of what the file cannot hold of a cloud; `n` counts them. */
 static void put_lost(sm_builder *lines, uint32_t *n, sm_value header)
 {
@@ -376,6 +404,7 @@ static void put_lost(sm_builder *lines, uint32_t *n, sm_value header)
         sm_str(lines, "there are no colours: all points are grey"), ++*n;
     if (sm_number(triangles, &has_triangles) && has_triangles != 0.0)
         sm_str(lines, "triangles were left out"), ++*n;
+    put_lost_facts(lines, n, header);
 }
 
 /** Writes the points of all clouds behind one another, and counts them. */

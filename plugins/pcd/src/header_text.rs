@@ -3,7 +3,7 @@
 use crate::Encoding;
 use crate::encode::Field;
 use std::fmt::Write;
-use surfelshop_api::glam::DVec3;
+use surfelshop_api::glam::{DQuat, DVec3};
 
 /// What a header says besides the fields.
 pub(crate) struct Facts {
@@ -11,6 +11,8 @@ pub(crate) struct Facts {
     pub width: u64,
     pub height: u64,
     pub viewpoint: DVec3,
+    /// How the sensor was turned.
+    pub orientation: DQuat,
 }
 
 impl Facts {
@@ -39,17 +41,22 @@ pub(crate) fn text(fields: &[Field], facts: &Facts, len: usize) -> String {
     };
     let mut body = String::new();
     let DVec3 { x, y, z } = facts.viewpoint;
+    let turn = facts.orientation;
     // Writing to a string cannot fail.
     let _written = write!(
         body,
         "\nVERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\nCOUNT {}\nWIDTH {}\nHEIGHT {}\n\
-         VIEWPOINT {x} {y} {z} 1 0 0 0\nPOINTS {}\nDATA {data}\n",
+         VIEWPOINT {x} {y} {z} {} {} {} {}\nPOINTS {}\nDATA {data}\n",
         column(|field| field.name.clone()),
         column(|field| field.size.to_string()),
         column(|field| field.letter.to_string()),
         column(|field| field.count.to_string()),
         facts.width,
         facts.height,
+        turn.w,
+        turn.x,
+        turn.y,
+        turn.z,
         facts.width.saturating_mul(facts.height),
     );
     let title = "# .PCD v0.7 - Point Cloud Data file format";

@@ -6,7 +6,7 @@ use crate::layout::Layout;
 use crate::{Encoding, ViewpointMeaning, ascii, packed};
 use surfelshop_api::columns::Values;
 use surfelshop_api::format::{BATCH, CloudHeader, CloudSink, FileSource, Pose};
-use surfelshop_api::glam::DVec3;
+use surfelshop_api::glam::{DQuat, DVec3};
 use surfelshop_api::prelude::{Error, Job, Result};
 
 /// Bytes of points that are read at once, about.
@@ -36,6 +36,9 @@ pub(crate) fn read(
     }
 }
 
+/// How a comment begins that says how the sensor was turned, as VIEWPOINT has it: w x y z of a quaternion.
+pub(crate) const ORIENTATION: &str = "sensor orientation: ";
+
 fn cloud_header(header: &Header, layout: &Layout, meaning: ViewpointMeaning) -> CloudHeader {
     let encoding = match header.encoding {
         Encoding::Ascii => "ascii",
@@ -44,6 +47,12 @@ fn cloud_header(header: &Header, layout: &Layout, meaning: ViewpointMeaning) -> 
     };
     let space = if header.version.is_empty() { "" } else { " " };
     let (pose, scanner) = place(header, meaning);
+    let turned = header.viewpoint.filter(|view| view.rotation != DQuat::IDENTITY);
+    let turned = turned.filter(|_| meaning == ViewpointMeaning::Scanner && scanner.is_some());
+    let orientation = turned.map(|view| {
+        let DQuat { x, y, z, w } = view.rotation;
+        format!("{ORIENTATION}{w} {x} {y} {z}")
+    });
     CloudHeader {
         format: format!("PCD{space}{}, {encoding}", header.version),
         rows: Some(header.rows),
@@ -51,7 +60,7 @@ fn cloud_header(header: &Header, layout: &Layout, meaning: ViewpointMeaning) -> 
         pose,
         scanner,
         grid: header.grid,
-        comments: header.comments.clone(),
+        comments: header.comments.iter().cloned().chain(orientation).collect(),
         ..CloudHeader::default()
     }
 }

@@ -4,9 +4,10 @@ use crate::Encoding;
 use crate::encode::Encoder;
 use crate::fields::PackedFields;
 use crate::header_text::{Facts, text};
+use crate::read::ORIENTATION;
 use crate::store::Store;
 use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, HeaderSupport};
-use surfelshop_api::glam::DVec3;
+use surfelshop_api::glam::{DQuat, DVec3};
 use surfelshop_api::prelude::{Error, Job, Result};
 
 /// Writes the next cloud; adds what the format cannot hold.
@@ -22,7 +23,8 @@ pub(crate) fn write(
     let [width, height] =
         header.grid.map_or([header.rows.unwrap_or(0), 1], |grid| grid.map(u64::from));
     let viewpoint = header.scanner.filter(|place| place.is_finite()).unwrap_or(DVec3::ZERO);
-    let mut facts = Facts { encoding, width, height, viewpoint };
+    let orientation = orientation(&header).unwrap_or_default();
+    let mut facts = Facts { encoding, width, height, viewpoint, orientation };
     // What is announced need not come, so there is room for any number.
     let room = facts.room(&encoder.fields());
     let (start, len) = (room as u64, 0);
@@ -43,12 +45,12 @@ pub(crate) fn write(
         }
         (facts.width, facts.height) = (rows, 1);
     }
-    lines.extend(
-        header.left_out(
-            "PCD",
-            HeaderSupport { scanner: true, grid: true, ..HeaderSupport::default() },
-        ),
-    );
+    // Zero is what programs write that know no sensor, and believed of grids alone.
+    let is_said = facts.height > 1 || viewpoint != DVec3::ZERO || orientation != DQuat::IDENTITY;
+    let held = HeaderSupport { scanner: is_said, grid: true, ..HeaderSupport::default() };
+    let mut header = header.clone();
+    header.comments.retain(|comment| !comment.starts_with(ORIENTATION) || !is_said);
+    lines.extend(header.left_out("PCD", held));
     let fields = encoder.fields();
     match store {
         Store::Packed(packed) => {
@@ -60,6 +62,16 @@ pub(crate) fn write(
     }
     job.progress(1.0, "");
     Ok(())
+}
+
+/// How the sensor was turned, as a comment of the reader says it, where a sensor is known.
+fn orientation(header: &CloudHeader) -> Option<DQuat> {
+    header.scanner?;
+    let text = header.comments.iter().find_map(|comment| comment.strip_prefix(ORIENTATION))?;
+    let numbers: Vec<f64> = text.split(' ').map(|word| word.parse().ok()).collect::<Option<_>>()?;
+    let [w, x, y, z] = numbers.try_into().ok()?;
+    let turn = DQuat::from_xyzw(x, y, z, w);
+    (turn.is_finite() && turn.is_normalized()).then_some(turn)
 }
 
 /// The end of a file that grows.

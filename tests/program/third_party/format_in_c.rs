@@ -70,6 +70,8 @@ property float x
 property float y
 property float z
 property float flow
+comment surfelshop up z
+comment surfelshop scanner 1 2 3
 element face 1
 property list uchar int vertex_indices
 end_header
@@ -95,7 +97,10 @@ fn the_format_in_c_writes_and_reads_what_its_twin_in_rust_does() {
     for (cloud, lost) in [
         (&sample, &["`normal` was left out", "`radius` was left out"][..]),
         (&floats, &["colours were rounded to 8 bits"]),
-        (&triangle, &["`flow` was left out", "there are no colours", "triangles"]),
+        (
+            &triangle,
+            &["`flow` was left out", "there are no colours", "triangles", "points up", "scanner"],
+        ),
     ] {
         let files = [folder("of_c.xyzb"), folder("of_rust.xyzb")];
         for (file, library) in files.iter().zip(libraries) {

@@ -335,3 +335,29 @@ fn a_conversion_that_fails_leaves_what_stood_there() {
         assert_eq!(files.names(), before, "{line}");
     }
 }
+
+/// Invariant: a box that no point lies in leaves nothing behind and says where the points are, whatever a head says
+/// Cost: milliseconds
+#[test]
+fn boxes_without_a_point_are_refused_by_the_points() {
+    let files = Files::new();
+    let places: Vec<DVec3> = (0..20).map(|i| DVec3::splat(f64::from(i) / 4.0)).collect();
+    let (las, _) = write(&files, "las", "in.las", vec![InMemoryCloud::at(&places)]);
+    // A head with other bounds than its points have: largest and smallest x.
+    let mut bytes = std::fs::read(&las).unwrap();
+    bytes[179..187].copy_from_slice(&900f64.to_le_bytes());
+    bytes[187..195].copy_from_slice(&800f64.to_le_bytes());
+    std::fs::write(&las, bytes).unwrap();
+    let of = |low: f64, high: f64| Selection {
+        crop: Some([DVec3::splat(low), DVec3::splat(high)]),
+        ..Selection::default()
+    };
+    assert_eq!(done(&files, &["in.las"], "out.pcd", &of(0.0, 1.0)).n_written, 5);
+    for name in ["none.pcd", "none.ply", "none.e57"] {
+        let error = converted(&files, &["in.las"], name, &of(7.0, 900.0), false).unwrap_err();
+        let line = error.to_string();
+        let says = "no point lies in the box; the points reach from 0.0,0.0,0.0 to 4.75,4.75,4.75";
+        assert!(line.contains(says), "{line}");
+        assert!(!files.names().iter().any(|file| file.starts_with("none")), "{:?}", files.names());
+    }
+}

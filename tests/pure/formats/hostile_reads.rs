@@ -88,7 +88,7 @@ fn panics_are_lines() {
 #[test]
 fn what_gives_no_sign_of_life_is_given_up() {
     let stage = Stage::new();
-    for ending in ["hangs-in-read", "hangs-in-loop"] {
+    for ending in ["hangs-in-read", "hangs-in-loop", "warns-for-ever"] {
         let started = Instant::now();
         stage.fails(ending, &[&format!("formats/{ending}`"), "did not answer within 1 s"]);
         assert!(started.elapsed() >= SILENCE);

@@ -1,19 +1,17 @@
 //! What is wrong with a conversion, or is to be said of it, before a point is written.
 
 use super::select::Selection;
-use super::union;
 use crate::error::ReadError;
 use crate::formats::plugins::SharedSink;
 use crate::inspect::stream;
 use crate::options::{ColorBits, ReadOptions};
-use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
 use surfelshop_api::format::{CloudHeader, CloudSinkHost, Pose, SCAN};
 use surfelshop_api::{Error, Result};
 
-/// Refuses columns that no cloud has, and a box that none reaches into.
+/// Refuses columns that no cloud has.
 pub(super) fn selection(
     headers: &[CloudHeader],
     selection: &Selection,
@@ -34,17 +32,6 @@ pub(super) fn selection(
                 known.join(", ")
             ));
         }
-    }
-    let bounds = union::bounds(headers, None);
-    if let (Some([low, high]), Some([min, max])) = (selection.crop, bounds)
-        && (low.cmpgt(max).any() || high.cmplt(min).any())
-    {
-        let place = |p: DVec3| format!("{},{},{}", p.x, p.y, p.z);
-        return Err(format!(
-            "no point lies in the box; the points reach from {} to {}",
-            place(min),
-            place(max)
-        ));
     }
     Ok(())
 }
@@ -225,6 +212,7 @@ pub(super) fn narrow_colors(header: &mut CloudHeader) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use surfelshop_api::format::FileColumn;
 
     fn header(names: &[&str]) -> CloudHeader {
@@ -247,12 +235,6 @@ mod tests {
         assert!(selection(&headers, &of(&["scan"], None)).is_err());
         let two = [headers[0].clone(), header(&[POSITION])];
         assert_eq!(selection(&two, &of(&["scan"], None)), Ok(()));
-        let beside = Some([DVec3::splat(2.0), DVec3::splat(3.0)]);
-        let line = selection(&headers, &of(&["heat"], beside)).unwrap_err();
-        assert!(line.contains("the points reach from 0,0,0 to 1,1,1"), "{line}");
-        // Where heads do not say where points lie, nobody knows yet.
-        let unknown = [CloudHeader { bounds: None, ..headers[0].clone() }];
-        assert_eq!(selection(&unknown, &of(&[], beside)), Ok(()));
         let lines = of_two(&two, &of(&["heat"], None), true);
         assert!(lines.len() == 1 && lines[0].contains("not every cloud has `heat`"), "{lines:?}");
         assert!(of_two(&two, &of(&["heat"], None), false).is_empty());

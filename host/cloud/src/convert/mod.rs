@@ -146,9 +146,6 @@ pub fn convert(
     if narrow_colors && read.color_bits == ColorBits::Told {
         warnings.push(NARROW_COLORS.to_owned());
     }
-    if n_written == 0 && n_read > 0 && selection.crop.is_some() {
-        lost.push("no point lies in the box that was cropped to".to_owned());
-    }
     lost.extend(remarks);
     Ok(Converted {
         n_read,

@@ -56,6 +56,9 @@ pub(super) struct Target {
     n_before: u64,
     /// Whether points of the cloud were left out, so that triangles no longer fit.
     has_gaps: bool,
+    /// The box around all points that are cropped, in common coordinates, and whether one is not left out by that.
+    extent: Option<[DVec3; 2]>,
+    any_inside: bool,
 }
 
 impl Target {
@@ -67,6 +70,7 @@ impl Target {
     ) -> Self {
         let (current, out, scan, first_scan, n_seen, n_out, n_before, has_gaps) =
             Default::default();
+        let (extent, any_inside) = Default::default();
         Self {
             merged,
             selection,
@@ -80,6 +84,8 @@ impl Target {
             n_out,
             n_before,
             has_gaps,
+            extent,
+            any_inside,
         }
     }
 
@@ -218,7 +224,11 @@ impl Target {
                 }
                 let inside = crop.is_none_or(|[low, high]| {
                     let place = pose.place(point);
-                    place.cmpge(low).all() && place.cmple(high).all()
+                    let [least, most] = self.extent.get_or_insert([place; 2]);
+                    (*least, *most) = (least.min(place), most.max(place));
+                    let is_inside = place.cmpge(low).all() && place.cmple(high).all();
+                    self.any_inside |= is_inside;
+                    is_inside
                 });
                 number.is_multiple_of(every) && inside
             })
@@ -226,6 +236,18 @@ impl Target {
         self.counts.read.fetch_add(points.len() as u64, Ordering::Relaxed);
         self.counts.not_finite.fetch_add(not_finite, Ordering::Relaxed);
         mask
+    }
+
+    /// Why there is nothing to write: no point lies in the box that was cropped to. Heads of files may say other
+    /// bounds than their points have, so that it is known when all are there.
+    pub(super) fn nothing_left(&self) -> Option<String> {
+        let [least, most] = self.extent.filter(|_| !self.any_inside)?;
+        let place = |p: DVec3| format!("{:?},{:?},{:?}", p.x, p.y, p.z);
+        Some(format!(
+            "no point lies in the box; the points reach from {} to {}",
+            place(least),
+            place(most)
+        ))
     }
 
     /// A batch as writers see it.

@@ -235,7 +235,10 @@ impl TransferSource {
             Ok(Message::Failed(line)) => Err(Error::new(line)),
             Ok(Message::End) => {
                 self.ended = true;
-                Ok(Message::End)
+                match self.target.nothing_left() {
+                    Some(line) => Err(Error::new(line)),
+                    None => Ok(Message::End),
+                }
             }
             Ok(message) => Ok(message),
             Err(_gone) => Err(Error::new("the reader ended before it was done")),

@@ -55,7 +55,7 @@ impl FormatRunner {
     ) -> Result<(), Ended> {
         let (name, watch) = (name.to_owned(), Arc::new(Watch::new()));
         let watched = WatchedFile::new(file, Arc::clone(&watch));
-        let mut sink = WatchedSink { sink, watch: Arc::clone(&watch) };
+        let mut sink = WatchedSink { sink, watch: Arc::clone(&watch), n_warned: 0 };
         self.run(unit, &watch, progress, move |instance, job| {
             instance.read(&call, (&name, &watched), &mut sink, job)
         })
@@ -328,10 +328,14 @@ impl Formats for PluginFormats {
     }
 }
 
+/// Most warnings that are taken of a call; files have a few.
+const MOST_WARNINGS: u32 = 10_000;
+
 /// A sink whose calls are signs of life.
 struct WatchedSink {
     sink: SharedSink,
     watch: Arc<Watch>,
+    n_warned: u32,
 }
 
 impl WatchedSink {
@@ -364,6 +368,11 @@ impl CloudSinkHost for WatchedSink {
     }
 
     fn warn(&mut self, line: &str) {
+        self.n_warned = self.n_warned.saturating_add(1);
+        // Those without end are no sign of life.
+        if self.n_warned > MOST_WARNINGS {
+            return;
+        }
         // Nobody reads warnings of a call that is given up.
         drop(self.with(|sink| {
             sink.warn(line);

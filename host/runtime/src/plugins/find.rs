@@ -206,6 +206,10 @@ fn unknown(
     }
     text += &match installed {
         [] => format!("; no {word} is installed"),
+        // The host reads these itself.
+        _ if *kind == UnitKind::Format => {
+            format!("; installed: ply, obj, off, {}", installed.join(", "))
+        }
         _ => format!("; installed: {}", installed.join(", ")),
     };
     text += &match refused {

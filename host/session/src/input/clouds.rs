@@ -5,7 +5,7 @@ use crate::input::formats::SessionFormats;
 use crate::input::pyramids::{self, OpenPyramid};
 use crate::input::scenes::Source;
 use crate::options::camera::{Extent, N_DIRECTIONS, directions};
-use crate::output::terminal::Progress;
+use crate::output::terminal::{self, Progress};
 use anyhow::Context as _;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -41,7 +41,13 @@ pub struct Standpoint {
 impl Clouds {
     /// Reads the files, with a progress bar where it takes long, and puts each cloud in its place.
     pub fn read(sources: &[Source], formats: &SessionFormats) -> anyhow::Result<Self> {
-        Self::read_with(sources, Some(formats), |file| read(file, formats))
+        let clouds = Self::read_with(sources, Some(formats), |file| read(file, formats))?;
+        for loaded in &clouds.loaded {
+            for line in doubts(loaded) {
+                terminal::warn_once(format!("{}: {line}", loaded.summary.file));
+            }
+        }
+        Ok(clouds)
     }
 
     /// The same with another way to read a file into memory; where `in_place` says how, large files that can be read
@@ -203,6 +209,19 @@ pub fn read(file: &Path, formats: &SessionFormats) -> Result<Loaded, ReadError> 
     let progress = Progress::new(format!("reading {}", file.display()));
     let tell = |fraction| progress.tell(fraction);
     surfelshop_cloud::read(file, &formats.reading(&tell))
+}
+
+/// What was odd in a file: what its format says, and points that have no place. Organised clouds have places without
+/// a point.
+#[must_use]
+pub fn doubts(loaded: &Loaded) -> Vec<String> {
+    let Loaded { cloud, summary } = loaded;
+    let mut lines = summary.warnings.clone();
+    if summary.n_dropped > 0 && cloud.source().grid_up.is_none() {
+        let (n, all) = (summary.n_dropped, summary.n_in_file);
+        lines.push(format!("{n} of {all} points are left out, {}", summary.why_dropped()));
+    }
+    lines
 }
 
 /// Facts of several clouds as of one.

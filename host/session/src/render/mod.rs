@@ -422,7 +422,20 @@ pub fn write_png(
             png::encode_levels([image.width, image.height], outputs::levels(image, how))
         }
         _ => {
-            let mut visible = outputs::visible(output, image, how);
+            let mut visible = match (output, bits) {
+                // The window draws over levels, too: so both write the same picture.
+                (Output::Color | Output::Debug(_), Bits::Eight) => {
+                    let levels = outputs::levels(image, how);
+                    let data = levels.iter().map(|&level| f32::from(level) / 255.0).collect();
+                    surfelshop_image::Image {
+                        width: image.width,
+                        height: image.height,
+                        components: 4,
+                        data,
+                    }
+                }
+                _ => outputs::visible(output, image, how),
+            };
             if let Some(overlay) = overlay {
                 overlay.draw(&mut visible);
             }

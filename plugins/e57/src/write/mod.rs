@@ -16,6 +16,7 @@ use crate::write::xml_text::{guid, text};
 use e57::{DateTime, E57Writer, Extension, PointCloudWriter, Quaternion, Transform, Translation};
 use std::io::{Read, Seek, Write};
 use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, HeaderSupport, Pose, UpSupport};
+use surfelshop_api::glam::DVec3;
 use surfelshop_api::{Job, Result};
 
 /// Extensions and what names them for good.
@@ -69,16 +70,18 @@ struct Writing<'a, T: Read + Write + Seek> {
 
 impl<T: Read + Write + Seek> Writing<'_, T> {
     fn cloud(&mut self, header: &CloudHeader, clouds: &mut CloudSource<'_>) -> Result<()> {
+        let (header, shift) = &at_scanner(header);
         let components: Vec<u32> = header.columns.iter().map(|column| column.components).collect();
         let metres = metres(header);
         let mut held = Held::new(header.step.map(|step| step * metres));
         let mut complete = false;
         loop {
             self.job.check()?;
-            let Some(batch) = clouds.next_batch()? else {
+            let Some(mut batch) = clouds.next_batch()? else {
                 complete = true;
                 break;
             };
+            batch.origin -= *shift;
             if !held.add(&Points::new(&batch, &components, metres)?) {
                 break;
             }
@@ -95,7 +98,8 @@ impl<T: Read + Write + Seek> Writing<'_, T> {
             self.job.check()?;
         }
         drop(held);
-        while let Some(batch) = if complete { None } else { clouds.next_batch()? } {
+        while let Some(mut batch) = if complete { None } else { clouds.next_batch()? } {
+            batch.origin -= *shift;
             outgoing.add(&mut scan, &Points::new(&batch, &components, metres)?)?;
             n_points += batch.len;
             if let Some(rows) = header.rows.filter(|&rows| rows > 0) {
@@ -125,6 +129,16 @@ impl<T: Read + Write + Seek> Writing<'_, T> {
     }
 }
 
+/// The header of a cloud in the axes whose zero is the scanner, which E57 has there, and how far points move.
+fn at_scanner(header: &CloudHeader) -> (CloudHeader, DVec3) {
+    let mut header = header.clone();
+    let far = |place: &DVec3| place.is_finite() && place.length() > 1e-9;
+    let Some(place) = header.scanner.filter(far) else { return (header, DVec3::ZERO) };
+    header.pose.translation = header.pose.place(place);
+    header.scanner = Some(DVec3::ZERO);
+    (header, place)
+}
+
 /// Writes what a header says of a cloud.
 fn describe<T: Read + Write + Seek>(
     scan: &mut PointCloudWriter<'_, T>,
@@ -143,7 +157,7 @@ fn describe<T: Read + Write + Seek>(
         name: true,
         unit: true,
         coordinate_system: true,
-        scanner: seen.is_none() || is_at_zero,
+        scanner: true,
         time: true,
         grid: header.column(ROW_INDEX).is_some(),
         comments: true,

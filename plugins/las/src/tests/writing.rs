@@ -420,3 +420,23 @@ fn the_version_that_a_system_needs_is_said() {
         assert_eq!(said.count(), n_lines, "{lines:?}");
     }
 }
+
+/// Invariant: a file says when its points were taken where that is known, as far as it is
+/// Cost: milliseconds
+#[test]
+fn days_and_years_come_back_and_nothing_is_made_up() {
+    for (time, expected, n_lines) in [
+        ("", "", 0),
+        ("2018", "2018", 0),
+        ("2018-03-05", "2018-03-05", 0),
+        ("2018-03-05 00:00:00 UTC", "2018-03-05", 0),
+        ("2018-03-05 10:00:00 UTC", "2018-03-05", 1),
+        ("in spring", "", 1),
+    ] {
+        let mut cloud = Cloud::at(line(9));
+        (cloud.header.time, cloud.header.up) = (time.to_owned(), UpAxis::Z);
+        let (bytes, lines) = write(cloud, &Settings::default(), "t.las").unwrap();
+        assert_eq!(read(bytes).unwrap().clouds[0].header.time, expected);
+        assert_eq!(lines.len(), n_lines, "{time}: {lines:?}");
+    }
+}

@@ -10,7 +10,6 @@ use crate::notes;
 use crate::projection::{is_wkt, keys_of};
 use crate::up_record;
 use laz::LazVlr;
-use std::time::{SystemTime, UNIX_EPOCH};
 use surfelshop_api::Result;
 use surfelshop_api::format::{CloudHeader, GPS_TIME, HeaderSupport, UpAxis, UpSupport};
 use surfelshop_api::glam::DVec3;
@@ -70,7 +69,7 @@ impl Head {
         head.put(24, &[1, plan.minor]);
         head.put(26, shortened(note(notes::SYSTEM).unwrap_or("OTHER"), 32).as_bytes());
         head.put(58, shortened(SOFTWARE, 31).as_bytes());
-        let (day, year) = day_of(&cloud.time).unwrap_or_else(today);
+        let (day, year) = day_of(&cloud.time).unwrap_or_default();
         head.put(90, &day.to_le_bytes());
         head.put(92, &year.to_le_bytes());
         head.put(94, &(len as u16).to_le_bytes());
@@ -199,7 +198,8 @@ fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
         ));
     }
     // A header has the day alone; units and systems have lines of their own.
-    let is_day = cloud.time.len() == 10 && day_of(&cloud.time).is_some();
+    let rest = cloud.time.get(10..).unwrap_or_default();
+    let is_day = ["", " 00:00:00 UTC"].contains(&rest) && day_of(&cloud.time).is_some();
     let held = HeaderSupport {
         unit: true,
         coordinate_system: true,
@@ -211,8 +211,12 @@ fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
     );
 }
 
-/// Day of the year, from 1, and year of a time that begins with a date: `2018-03-05`.
+/// Day of the year, from 1, and year of a time that begins with a date: `2018-03-05`; 0 and the year where it is that
+/// alone, as the reader has it then.
 fn day_of(time: &str) -> Option<(u16, u16)> {
+    if time.len() == 4 {
+        return Some((0, time.parse().ok()?));
+    }
     let mut parts = time.get(..10)?.split('-').map(str::parse::<u16>);
     let (year, month, day) = (parts.next()?.ok()?, parts.next()?.ok()?, parts.next()?.ok()?);
     let months = months(u32::from(year));
@@ -220,24 +224,6 @@ fn day_of(time: &str) -> Option<(u16, u16)> {
     let is_day = (1..=*months.get(before.len())?).contains(&u32::from(day));
     let days = before.iter().sum::<u32>() + u32::from(day);
     (is_day && parts.next().is_none()).then_some((u16::try_from(days).ok()?, year))
-}
-
-/// The day of the year and the year of the clock; zeros, which say that there is no date, in a sandbox, which has no
-/// clock.
-fn today() -> (u16, u16) {
-    if cfg!(target_family = "wasm") {
-        return (0, 0);
-    }
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
-    let (mut days, mut year) = (seconds / 86_400, 1970u16);
-    loop {
-        let of_year = u64::from(months(u32::from(year)).iter().sum::<u32>());
-        if days < of_year || year == u16::MAX {
-            return (u16::try_from(days + 1).unwrap_or(1), year);
-        }
-        days -= of_year;
-        year += 1;
-    }
 }
 
 #[cfg(test)]
@@ -249,12 +235,18 @@ mod tests {
         assert_eq!(day_of("2018-01-01"), Some((1, 2018)));
         assert_eq!(day_of("2020-12-31T10:00"), Some((366, 2020)));
         assert_eq!(day_of("1900-03-01"), Some((60, 1900)));
-        for time in
-            ["", "2018", "2018-13-01", "2018-02-29", "2018-00-10", "2018-01-00", "18-1-1-11"]
-        {
+        for time in [
+            "",
+            "201",
+            "20188",
+            "2018-13-01",
+            "2018-02-29",
+            "2018-00-10",
+            "2018-01-00",
+            "18-1-1-11",
+        ] {
             assert_eq!(day_of(time), None, "{time}");
         }
-        let (day, year) = today();
-        assert!((1..=366).contains(&day) && year >= 2024);
+        assert_eq!(day_of("2018"), Some((0, 2018)));
     }
 }

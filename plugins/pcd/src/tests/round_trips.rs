@@ -184,3 +184,25 @@ fn headers_are_as_pcl_writes_them() {
     let (title, rest) = text.split_once('\n').unwrap();
     assert_eq!(format!("{}\n{rest}", title.trim_end()), expected);
 }
+
+/// Invariant: how a sensor was turned comes back, and one at zero without a grid is not lost without a line
+/// Cost: milliseconds
+#[test]
+fn sensors_come_back_as_they_were_turned() {
+    let points = || TestCloud::default().column("position", 3, Owned::F64(vec![0.5; 6]));
+    let (bytes, _) = write(points(), Encoding::Ascii).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let turned = text.replace("VIEWPOINT 0 0 0 1 0 0 0", "VIEWPOINT 4 5 6 0.6 0.8 0 0");
+    let found = read(turned.as_bytes()).unwrap();
+    let header = &found.clouds[0].header;
+    assert_eq!(header.scanner, Some(DVec3::new(4.0, 5.0, 6.0)));
+    let mut again = points();
+    (again.header.scanner, again.header.comments) = (header.scanner, header.comments.clone());
+    let (bytes, lines) = write(again, Encoding::Ascii).unwrap();
+    assert!(String::from_utf8(bytes).unwrap().contains("VIEWPOINT 4 5 6 0.6 0.8 0 0"));
+    assert!(lines.is_empty(), "{lines:?}");
+    let mut zero = points();
+    zero.header.scanner = Some(DVec3::ZERO);
+    let (_, lines) = write(zero, Encoding::Ascii).unwrap();
+    assert_eq!(lines, ["PCD has no place for the place of the scanner"]);
+}

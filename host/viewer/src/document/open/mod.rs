@@ -26,6 +26,7 @@ use surfelshop_cloud::display::{ColorSource, Display, Look};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
 use surfelshop_runtime::plugins::has_library_extension;
 use surfelshop_session::cloud_renderers;
+use surfelshop_session::input::clouds;
 use surfelshop_session::input::environment_map::is_probe;
 use surfelshop_session::input::inside::is_first_view;
 use surfelshop_session::input::plausibility;
@@ -143,6 +144,16 @@ impl Window {
         }
         if let Some(line) = plausibility::nothing_to_see(&loaded.clouds) {
             self.messages.warn(line);
+        }
+        for one in &loaded.clouds.loaded {
+            let doubts = clouds::doubts(one);
+            let more = match doubts.len() {
+                0 | 1 => String::new(),
+                n => format!(" ({} more among its properties)", n - 1),
+            };
+            if let Some(line) = doubts.first() {
+                self.messages.warn(format!("{}: {line}{more}", one.summary.file));
+            }
         }
         if adds {
             return self.show_added(&files, &loaded);
