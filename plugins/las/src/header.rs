@@ -1,5 +1,6 @@
 //! The header of a LAS file.
 
+use crate::notes;
 use crate::numbers::{bytes, f64_at, part, text, u16_at, u32_at, u64_at};
 use crate::point_format::PointFormat;
 use surfelshop_api::format::FileSource;
@@ -214,7 +215,7 @@ fn bounds(header: &[u8; LONG]) -> Option<[DVec3; 2]> {
 fn project_id(bytes: &[u8; 16]) -> String {
     match bytes.iter().all(|byte| *byte == 0) {
         true => String::new(),
-        false => bytes.iter().map(|byte| format!("{byte:02x}")).collect(),
+        false => notes::digits(bytes),
     }
 }
 

@@ -46,7 +46,11 @@ fn header_of(path: &std::path::Path) -> CloudHeader {
 
 /// What of a header is not as it was, by words that a line about it has.
 fn differing(a: &CloudHeader, b: &CloudHeader) -> Vec<&'static str> {
-    let scanner = |header: &CloudHeader| header.scanner.map(|place| header.pose.place(place));
+    // Where feet became metres, places are compared in these.
+    let in_metres = b.metres_per_unit.to_bits() == 1f64.to_bits();
+    let unit = |header: &CloudHeader| if in_metres { header.metres_per_unit } else { 1.0 };
+    let scanner =
+        |header: &CloudHeader| header.scanner.map(|place| header.pose.place(place) * unit(header));
     let near = |(a, b): (DVec3, DVec3)| (a - b).length() < 1e-6;
     // Single precision, as SFL has it.
     let is_unit = (a.metres_per_unit - b.metres_per_unit).abs() < 1e-7;

@@ -159,11 +159,15 @@ fn describe<T: Read + Write + Seek>(
         coordinate_system: true,
         scanner: true,
         time: true,
-        grid: header.column(ROW_INDEX).is_some(),
+        // Said below: files have a place, which is not filled.
+        grid: true,
         comments: true,
         faces: false,
     };
     lines.extend(header.left_out("E57", held));
+    if header.grid.is_some() && header.column(ROW_INDEX).is_none() {
+        lines.push("the rows and columns of the grid are left out".to_owned());
+    }
     let metres = metres(header);
     if metres != 1.0 && !header.coordinate_system.is_empty() {
         lines.push(

@@ -6,6 +6,7 @@ mod wkt;
 pub(crate) use geotiff::keys_of;
 pub(crate) use wkt::is_wkt;
 
+use crate::notes;
 use crate::records::Records;
 
 /// What a file says of its coordinate system.
@@ -24,18 +25,22 @@ pub(crate) struct Projection {
 impl Projection {
     /// That of a file's records: WKT, or else `GeoTIFF` keys.
     pub(crate) fn of(records: &Records) -> Self {
+        let [directory, floats, texts] = &records.geo_keys;
+        let mut keys = geotiff::Keys::of(directory, floats, texts);
+        let code = keys.projected.or(keys.geographic);
+        // Of a system without a code its keys are all there is to say.
+        let own =
+            (code.is_none() && !directory.is_empty()).then(|| notes::of_keys(&records.geo_keys));
         if !records.wkt.is_empty() {
             let units = wkt::units(&records.wkt);
             return Self {
                 name: records.wkt.clone(),
                 metres_per_unit: units.plane,
                 warning: two_units(units.plane, units.height),
-                comments: Vec::new(),
+                comments: own.flatten().into_iter().collect(),
             };
         }
-        let [directory, floats, texts] = &records.geo_keys;
-        let keys = geotiff::Keys::of(directory, floats, texts);
-        let code = keys.projected.or(keys.geographic);
+        keys.comments.extend(own.flatten());
         Self {
             name: code.map(|code| format!("EPSG:{code}")).unwrap_or_default(),
             metres_per_unit: keys.metres_per_unit,

@@ -440,3 +440,33 @@ fn days_and_years_come_back_and_nothing_is_made_up() {
         assert_eq!(lines.len(), n_lines, "{time}: {lines:?}");
     }
 }
+
+/// Invariant: the `GeoTIFF` keys of a system without a code come back, beside WKT and alone
+/// Cost: milliseconds
+#[test]
+fn keys_of_systems_without_a_code_come_back() {
+    let directory: Vec<u8> = [1u16, 1, 0, 2, 1024, 0, 1, 1, 3072, 0, 1, 32767]
+        .into_iter()
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    let wkt = b"PROJCS[\"a\",UNIT[\"metre\",1]]\0".to_vec();
+    for has_wkt in [false, true] {
+        let mut made = Handmade::new(2, 1).with_walk(20, 3);
+        made.records.push(("LASF_Projection", 34735, directory.clone()));
+        made.records.push(("LASF_Projection", 34737, b"mine|\0".to_vec()));
+        if has_wkt {
+            made.records.push(("LASF_Projection", 2112, wkt.clone()));
+        }
+        let before = read(made.las()).unwrap();
+        let (bytes, lines) = write(cloud_of(&before), &Settings::default(), "k.las").unwrap();
+        assert!(lines.is_empty(), "{lines:?}");
+        let has = |part: &[u8]| bytes.windows(part.len()).any(|bytes| bytes == part);
+        assert!(has(&directory) && has(b"mine|") && has(&wkt) == has_wkt);
+        let after = read(bytes.clone()).unwrap();
+        let system = |found: &Collected| found.clouds[0].header.coordinate_system.clone();
+        assert_eq!(system(&after), system(&before));
+        let (_, lines) = write(cloud_of(&before), &settings(Version::Newer), "k.las").unwrap();
+        let said = lines.iter().filter(|line| line.contains("GeoTIFF keys")).count();
+        assert_eq!(said, usize::from(!has_wkt), "{lines:?}");
+    }
+}

@@ -136,8 +136,24 @@ impl Head {
     fn add_projection(&mut self, cloud: &CloudHeader, lines: &mut Vec<String>) -> bool {
         let system = cloud.coordinate_system.trim();
         let code = system.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
+        let own = notes::keys(&cloud.comments).filter(|_| code.is_none());
+        let mut has_keys = code.is_some();
+        if let Some(lists) = own {
+            has_keys = self.minor < 4;
+            if has_keys {
+                for (id, list) in (34735..).zip(lists).filter(|(_, list)| !list.is_empty()) {
+                    self.add("LASF_Projection", id, &list);
+                }
+            } else if !is_wkt(system) {
+                lines.push(
+                    "the GeoTIFF keys of the coordinate system are left out: LAS 1.4 has systems as WKT"
+                        .to_owned(),
+                );
+            }
+        }
         let metres = cloud.metres_per_unit;
-        if system.is_empty() && metres > 0.0 && metres.to_bits() != 1f64.to_bits() {
+        let has_unit = metres > 0.0 && metres.to_bits() != 1f64.to_bits();
+        if system.is_empty() && has_unit && !has_keys {
             lines.push(format!(
                 "the unit of {metres} m is left out: LAS says units with a coordinate system alone"
             ));
@@ -146,7 +162,7 @@ impl Head {
             self.add("LASF_Projection", 34735, &keys_of(code, cloud.metres_per_unit));
         } else if is_wkt(system) && system.len() < LONGEST {
             self.add("LASF_Projection", 2112, &[system.as_bytes(), b"\0"].concat());
-            if self.minor < 4 {
+            if self.minor < 4 && !has_keys {
                 lines.push(
                     "the coordinate system is written as WKT, which other programs may look for in LAS 1.4 alone: \
                      `--write-set version=1.4`"
@@ -159,7 +175,7 @@ impl Head {
                 shortened(system, 60)
             ));
         }
-        code.is_some()
+        has_keys
     }
 
     fn add_comments(&mut self, cloud: &CloudHeader, lines: &mut Vec<String>) {
