@@ -110,7 +110,8 @@ fn ply_files_keep_what_is_said_in_comments() {
             let (read_with, mut write_with) = (reading(formats()), writing(formats()));
             write_with.ascii = ascii;
             let all = Selection::default();
-            convert(&[path.clone()], &out, &all, false, &read_with, &write_with).unwrap();
+            convert(std::slice::from_ref(&path), &out, &all, false, &read_with, &write_with)
+                .unwrap();
             let after = header_of(&out);
             let lost = differing(&before, &after);
             assert!(lost.iter().all(|word| *word == "grid"), "{from}: {lost:?}");
