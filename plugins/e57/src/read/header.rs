@@ -23,6 +23,8 @@ pub(crate) const OF_THE_FILE: [&str; 5] =
     ["guid", "file guid", "library", "images", "original guid"];
 /// Description of a scan.
 pub(crate) const DESCRIPTION: &str = "description";
+/// The line of a description by which this program says that a scanner stood at the zero of a scan's axes.
+pub(crate) const SCANNED: &str = "surfelshop scanner 0 0 0";
 
 /// What a file says of all its scans.
 pub(crate) struct FileFacts {
@@ -64,7 +66,7 @@ impl FileFacts {
             bounds: scanner::bounds(scan),
             step: step(layout),
             pose,
-            scanner: scanner::place(scan, others_have_poses),
+            scanner: said_scanner(scan).or_else(|| scanner::place(scan, others_have_poses)),
             up: UpAxis::Z,
             metres_per_unit: 1.0,
             coordinate_system: self.coordinate_system.clone(),
@@ -97,7 +99,8 @@ impl FileFacts {
             named.push(("images", self.n_images.to_string()));
         }
         let description = text(scan.description.as_deref());
-        named.extend(description.lines().map(|line| (DESCRIPTION, line.trim().to_owned())));
+        let lines = description.lines().map(str::trim).filter(|line| *line != SCANNED);
+        named.extend(lines.map(|line| (DESCRIPTION, line.to_owned())));
         let there = named.into_iter().filter(|(_, text)| !text.is_empty());
         there.map(|(name, text)| format!("{name}: {text}")).collect()
     }
@@ -133,6 +136,12 @@ fn pose(scan: &PointCloud) -> (Pose, Option<String>) {
     let doubt =
         format!("a scan's pose is none (rotation {turn}, translation {by}); it is left out");
     (Pose::default(), Some(doubt))
+}
+
+/// The scanner's place where the description says it.
+fn said_scanner(scan: &PointCloud) -> Option<DVec3> {
+    let mut lines = scan.description.as_deref()?.lines();
+    lines.any(|line| line.trim() == SCANNED).then_some(DVec3::ZERO)
 }
 
 #[cfg(test)]

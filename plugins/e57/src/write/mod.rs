@@ -5,7 +5,7 @@ mod outgoing;
 mod tail;
 mod xml_text;
 
-use crate::read::header::{DESCRIPTION, MODEL, OF_THE_FILE, SERIAL, VENDOR};
+use crate::read::header::{DESCRIPTION, MODEL, OF_THE_FILE, SCANNED, SERIAL, VENDOR};
 use crate::read::layout::{NORMALS, ROW_INDEX};
 use crate::refused;
 use crate::time::gps_seconds;
@@ -202,6 +202,8 @@ fn describe<T: Read + Write + Seek>(
     scan.set_sensor_model(only(MODEL));
     scan.set_sensor_serial(only(SERIAL));
     let mut description = Vec::new();
+    // Far from all points it would not be believed.
+    description.extend(seen.map(|_| SCANNED));
     for (comment, (name, value)) in header.comments.iter().zip(&comments) {
         match *name {
             VENDOR | MODEL | SERIAL => {}
