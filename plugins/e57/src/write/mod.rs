@@ -148,8 +148,7 @@ fn describe<T: Read + Write + Seek>(
     scan.set_name(text(&header.name));
     // A pose that moves nothing says that the points were seen from zero.
     let seen = header.scanner.filter(|place| place.is_finite());
-    let is_at_zero = seen.is_some_and(|place| place.length() <= 1e-9);
-    if header.pose != Pose::default() || is_at_zero {
+    if header.pose != Pose::default() || seen.is_some() {
         scan.set_transform(Some(transform(&header.pose, metres(header))));
     }
     let held = HeaderSupport {

@@ -180,8 +180,8 @@ fn positions<'a>(batch: &CloudView<'a>) -> &'a [f64] {
     }
 }
 
-/// Points of a scan, in the axes of a scanner that stands there; those that are not finite stand for places from which nothing came back. Returns how many lie at
-/// zero, which does so, too, and are written beside it.
+/// Points of a scan, in the axes of a scanner that stands there; those that are not finite stand for places from which
+/// nothing came back. Returns how many lie at zero, which does so, too, and are written beside it.
 fn write_scan_points(
     output: &mut Output<'_>,
     batch: &CloudView<'_>,
