@@ -2,6 +2,7 @@
 //! that the system clears page by page while it is written first, which takes longer than the copy itself.
 
 use crate::gpu::Gpu;
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::mpsc;
 use surfelshop_raster::Rectangle;
@@ -67,7 +68,8 @@ pub(crate) fn upload(
     texel: u32,
     parts: &[Rectangle],
 ) -> Option<wgpu::Buffer> {
-    if parts.is_empty() {
+    let rows = rows_of(parts);
+    if rows.is_empty() {
         return None;
     }
     let row = texture.width() * texel;
@@ -76,20 +78,23 @@ pub(crate) fn upload(
     // As much for each part as for the whole, so that it is used again whatever the parts are.
     let n_bytes = u64::from(row_bytes) * u64::from(texture.height());
     let buffer = gpu.transfers.take(gpu, n_bytes, usage);
+    // What was never written is cleared before it is mapped, so that nothing else is.
+    let first = rows.start * row_bytes as usize;
+    let slice = buffer.slice(first as u64..rows.end as u64 * u64::from(row_bytes));
     let (send, receive) = mpsc::channel();
-    buffer.slice(..).map_async(wgpu::MapMode::Write, move |result| {
+    slice.map_async(wgpu::MapMode::Write, move |result| {
         // The receiver is gone only where waiting failed already.
         drop(send.send(result));
     });
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).ok()?;
     receive.recv().ok()?.ok()?;
-    let mut mapped = buffer.get_mapped_range_mut(..).ok()?;
+    let mut mapped = slice.get_mapped_range_mut().ok()?;
     for &part in parts {
         let [x, y, width, height] = part.map(|at| at as usize);
         let (left, across) = (x * texel as usize, width * texel as usize);
         for at in y..y + height {
             let from = at * row as usize + left;
-            let to = at * row_bytes as usize + left;
+            let to = at * row_bytes as usize + left - first;
             mapped.slice(to..to + across).copy_from_slice(bytes.get(from..from + across)?);
         }
     }
@@ -109,6 +114,13 @@ pub(crate) fn upload(
         encoder.copy_buffer_to_texture(from, to, size);
     }
     Some(buffer)
+}
+
+/// The rows from the first that parts have to the last.
+pub(crate) fn rows_of(parts: &[Rectangle]) -> Range<usize> {
+    let first = parts.iter().map(|[_, y, ..]| *y).min().unwrap_or(0);
+    let end = parts.iter().map(|[_, y, _, height]| y + height).max().unwrap_or(0);
+    first as usize..end as usize
 }
 
 /// Where a part of a picture lies in a buffer with room for all of it.

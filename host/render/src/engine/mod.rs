@@ -173,6 +173,13 @@ impl Engine {
         self.surfaces.forget();
     }
 
+    /// Says whether views are drawn one after the other and none again, as those of a film are. Of others the surfels of
+    /// the last few are kept, for when one of them is drawn again; of these only the last, in whose memory the next is
+    /// drawn. Pictures are the same. At first views may come again.
+    pub fn draw_in_passing(&mut self, in_passing: bool) {
+        self.surfaces.passing = in_passing;
+    }
+
     /// From now until [`Engine::stages`] is called, tells what the stages of frames take: each is waited for by itself,
     /// so that a frame as a whole takes longer.
     pub fn tell_stages(&mut self, clocks: Clocks) {

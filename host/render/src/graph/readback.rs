@@ -1,7 +1,7 @@
 //! Brings textures back from the device as floats.
 
 use crate::gpu::Gpu;
-use crate::transfer::part_layout;
+use crate::transfer::{part_layout, rows_of};
 use half::f16;
 use half::slice::{HalfBitsSliceExt as _, HalfFloatSliceExt as _};
 use surfelshop_image::Image;
@@ -94,23 +94,23 @@ pub(crate) fn copy_buffer(
 /// # Errors
 /// One line where the device is lost.
 pub(crate) fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
-    let bytes = with_mapped(gpu, &[buffer], |bytes| bytes[0].to_vec())?;
+    let bytes = with_mapped(gpu, &[buffer.slice(..)], |bytes| bytes[0].to_vec())?;
     Ok(bytes)
 }
 
-/// Waits for the device and looks at the bytes of buffers where they lie.
+/// Waits for the device and looks at the bytes of parts of buffers where they lie.
 ///
 /// # Errors
 /// One line where the device is lost.
 pub(crate) fn with_mapped<T>(
     gpu: &Gpu,
-    buffers: &[&wgpu::Buffer],
+    slices: &[wgpu::BufferSlice<'_>],
     look: impl FnOnce(&[&[u8]]) -> T,
 ) -> Result<T, String> {
     let (send, receive) = std::sync::mpsc::channel();
-    for buffer in buffers {
+    for slice in slices {
         let send = send.clone();
-        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+        slice.map_async(wgpu::MapMode::Read, move |result| {
             // The receiver is gone only where waiting failed already.
             drop(send.send(result));
         });
@@ -118,21 +118,21 @@ pub(crate) fn with_mapped<T>(
     gpu.device
         .poll(wgpu::PollType::wait_indefinitely())
         .map_err(|error| format!("the graphics device did not answer: {error}"))?;
-    for _ in buffers {
+    for _ in slices {
         match receive.recv() {
             Ok(Ok(())) => {}
             _ => return Err("the graphics device was lost while reading back".to_owned()),
         }
     }
-    let views = buffers.iter().map(|buffer| {
-        let view = buffer.slice(..).get_mapped_range();
+    let views = slices.iter().map(|slice| {
+        let view = slice.get_mapped_range();
         view.map_err(|error| format!("the graphics device gave no data: {error}"))
     });
     let views = views.collect::<Result<Vec<_>, _>>()?;
     let bytes: Vec<&[u8]> = views.iter().map(|view| &**view).collect();
     let seen = look(&bytes);
     drop(views);
-    buffers.iter().for_each(|buffer| buffer.unmap());
+    slices.iter().for_each(|slice| slice.buffer().unmap());
     Ok(seen)
 }
 
@@ -142,20 +142,28 @@ impl Pending {
     /// # Errors
     /// One line where the device is lost.
     pub(crate) fn finish(self, gpu: &Gpu) -> Result<Image, String> {
-        let image = with_mapped(gpu, &[&self.buffer], |bytes| self.floats(bytes[0]))?;
+        let rows = rows_of(&self.parts);
+        let at = |row: usize| row as u64 * u64::from(self.row_bytes);
+        // What was never written is cleared before it is mapped, so that nothing else is.
+        let slice = (!rows.is_empty()).then(|| self.buffer.slice(at(rows.start)..at(rows.end)));
+        let floats = |bytes: &[&[u8]]| self.floats(rows.start, bytes.first().unwrap_or(&&[][..]));
+        let image = with_mapped(gpu, slice.as_slice(), floats)?;
         gpu.transfers.keep([self.buffer]);
         Ok(image)
     }
 
-    fn floats(&self, bytes: &[u8]) -> Image {
+    /// From the bytes of rows, of which the first has this number; others are zeros.
+    fn floats(&self, first: usize, bytes: &[u8]) -> Image {
         let components = u32::from(self.format.components());
         let values = self.width as usize * components as usize;
         let mut data = vec![0.0f32; values * self.height as usize];
         let texel = self.format.block_copy_size(None).unwrap_or(16) as usize;
         let rows = bytes.chunks_exact(self.row_bytes as usize);
-        let mut rows: Vec<_> = rows.zip(data.chunks_exact_mut(values.max(1))).collect();
+        let made = data.chunks_exact_mut(values.max(1)).skip(first);
+        let mut rows: Vec<_> = rows.zip(made).collect();
         for &part in &self.parts {
             let [x, y, width, height] = part.map(|at| at as usize);
+            let y = y - first;
             let here = rows.get_mut(y..y + height).unwrap_or_default();
             let across = |each: usize| x * each..(x + width) * each;
             for (row, data) in here {

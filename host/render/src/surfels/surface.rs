@@ -156,6 +156,8 @@ pub(crate) struct Surfaces {
     spare: SpareTextures,
     /// What says that nobody wants the picture any more.
     pub(crate) stop: Option<Arc<AtomicBool>>,
+    /// No view is drawn a second time, so that none but the last surface is kept.
+    pub(crate) passing: bool,
     pub(crate) counts: SurfaceCounts,
     /// Surfels that were drawn last.
     pub(crate) n_drawn: usize,
@@ -239,7 +241,10 @@ impl Surfaces {
     ) -> Result<Surface, String> {
         let mut surface = match self.kept.iter().position(|(key, _)| *key == input.key) {
             Some(at) => self.kept.remove(at).1,
-            None => Surface::new(recorder.gpu, input.size),
+            None => {
+                self.make_room_for_one();
+                Surface::new(recorder.gpu, input.size)
+            }
         };
         if input.clouds.iter().all(|cloud| cloud.on_host.is_some()) {
             let n_blended = |surface: &Surface| {
@@ -324,12 +329,20 @@ impl Surfaces {
     fn keep(&mut self, input: &SurfaceInput<'_>, mut surface: Surface) -> Surface {
         surface.used_for = self.size;
         self.kept.insert(0, (input.key.clone(), surface.clone()));
-        while self.kept.len() > KEPT_SURFACES + self.n_cameras {
-            if let Some((_, surface)) = self.kept.pop() {
-                surface.spare(&mut self.spare);
-            }
-        }
         surface
+    }
+
+    /// Lets go of the surfaces used longest ago, so that their textures are there for the next. Those of the frame that
+    /// is drawn stay: there is room for all its cameras.
+    fn make_room_for_one(&mut self) {
+        let most = match self.passing {
+            true => self.n_cameras.max(1),
+            false => KEPT_SURFACES + self.n_cameras,
+        };
+        while self.kept.len() >= most {
+            let Some((_, surface)) = self.kept.pop() else { break };
+            surface.spare(&mut self.spare);
+        }
     }
 }
 

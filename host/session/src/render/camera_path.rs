@@ -41,16 +41,17 @@ pub fn frames(
     opened: Option<&OpenedScene>,
     clouds: &Clouds,
 ) -> anyhow::Result<Vec<Frame>> {
+    // It looks at every surfel.
+    let extent = clouds.extent(staging.scene.surface.radius_scale);
     let view = |camera: Camera| {
         let staging = RenderSetup { camera: Some(camera), ..staging.clone() };
-        render::view(picture, &staging, clouds)
+        render::view_of(picture, &staging, clouds, &extent)
     };
-    let seen = render::view(picture, staging, clouds);
+    let seen = render::view_of(picture, staging, clouds, &extent);
     let of_scene = || of_views(opened.map(|opened| &opened.scene));
     let cameras: Vec<(String, View)> = match path {
         None => return Ok(vec![Frame { name: String::new(), view: seen }]),
         Some(PathSpec::Orbit(n)) => {
-            let extent = clouds.extent(staging.scene.surface.radius_scale);
             orbit(&seen, &extent, n).map(|view| (String::new(), view)).collect()
         }
         Some(PathSpec::Views) => {

@@ -18,9 +18,10 @@ use crate::input::inside;
 use crate::input::plausibility;
 use crate::input::probe_info;
 use crate::input::scenes::Inputs;
+use crate::options::camera::{self, Extent};
 use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
-use crate::options::{Bits, PictureArguments, camera};
+use crate::options::{Bits, PictureArguments};
 use crate::output::json::{self, Written};
 use crate::output::overlay::Overlay;
 use crate::output::{files, measures, terminal};
@@ -172,6 +173,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
             sources: &inputs.sources,
             device: studio.engine.gpu().describe(),
         };
+        studio.engine.draw_in_passing(true);
         return film.render(|view| {
             let settled = scene.frame(&mut studio, &mut chosen, view)?;
             Ok((settled.rendered, settled.milliseconds))
@@ -318,12 +320,21 @@ fn encoded(background: Background) -> Option<serde_json::Value> {
 
 /// The view through the scene's camera, or through the one that was typed.
 pub fn view(arguments: &PictureArguments, staging: &RenderSetup, clouds: &Clouds) -> View {
-    let extent = clouds.extent(staging.scene.surface.radius_scale);
+    view_of(arguments, staging, clouds, &clouds.extent(staging.scene.surface.radius_scale))
+}
+
+/// The same, where the extent of the clouds is known.
+pub fn view_of(
+    arguments: &PictureArguments,
+    staging: &RenderSetup,
+    clouds: &Clouds,
+    extent: &Extent,
+) -> View {
     let lens = staging.lens(&arguments.lens);
     let (lens, size) = (&inside::lens(&lens, clouds), arguments.size.0);
     match &staging.camera {
-        Some(camera) => camera::through(camera, lens, staging.parallel, &extent, size),
-        None => camera::view(lens, &extent, size),
+        Some(camera) => camera::through(camera, lens, staging.parallel, extent, size),
+        None => camera::view(lens, extent, size),
     }
 }
 

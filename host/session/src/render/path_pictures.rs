@@ -142,8 +142,9 @@ impl PathPictures<'_> {
         let own: Vec<&Frame> =
             frames.iter().enumerate().filter(|(i, _)| is_own(i)).map(|(_, frame)| frame).collect();
         let machine = Machine::this(self.device.clone());
-        let view = super::view(&arguments.picture, staging, clouds);
-        let overlay = overlay_of(arguments, self.opened, staging, displayed, view);
+        // Each picture has its own view of it.
+        let first = frames.first().context("a path without a picture")?.view;
+        let overlay = overlay_of(arguments, self.opened, staging, displayed, first);
         let progress = Progress::new(format!("drawing {} pictures", own.len()));
         let (mut all, mut drawn) = (Vec::with_capacity(own.len()), Vec::with_capacity(own.len()));
         for (i, frame) in own.iter().enumerate() {

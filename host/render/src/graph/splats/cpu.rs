@@ -69,7 +69,7 @@ pub(super) fn compose(
         unit: unit as f32,
         orthographic: matches!(seen.camera.projection, Projection::Orthographic { .. }),
     };
-    let read: Vec<&wgpu::Buffer> = read.iter().collect();
+    let read: Vec<_> = read.iter().map(|buffer| buffer.slice(..)).collect();
     let composer = &mut scratch.composer;
     let drawn = with_mapped(gpu, &read, |bytes| -> Result<(), String> {
         let counts = |per_splat: usize| made.iter().map(move |part| part.n as usize * per_splat);
