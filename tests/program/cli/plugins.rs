@@ -172,3 +172,52 @@ fn a_project_is_whole_or_not_there() {
     desk.run("plugins new deep/old --kind splat --minor 7").failed(&["--minor 7", "ABI 3.9"]);
     assert_eq!(desk.files(), ["checkout", "deep", "rim-light"]);
 }
+
+/// A project is the same on every machine but for one file, which says where this one has the crates. Costs a second.
+///
+/// Invariant: no file of a new plugin's project but one that its repository leaves out names a place on this machine
+#[test]
+fn a_project_goes_to_another_machine() {
+    let desk = TestFolder::new();
+    desk.run("plugins new rim --kind tracer").done();
+    let read = |file: &str| std::fs::read_to_string(desk.at("rim").join(file)).unwrap();
+    let config = ".cargo/config.toml";
+    let sdk = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("host/sdk");
+    let sdk = sdk.canonicalize().unwrap().to_str().unwrap().to_owned();
+    for file in ["Cargo.toml", "README.md", ".gitignore", "src/lib.rs"] {
+        assert!(!read(file).contains(&sdk), "{file}");
+    }
+    assert!(read("Cargo.toml").contains("surfelshop-geometry = \"0.1\""), "{}", read("Cargo.toml"));
+    assert!(read(".gitignore").contains("/.cargo/config.toml"));
+    assert!(read(config).contains(&format!("{sdk}/geometry")), "{}", read(config));
+    // The other machine has them elsewhere.
+    let checkout = desk.at("checkout/host/sdk/api");
+    std::fs::create_dir_all(&checkout).unwrap();
+    std::fs::write(checkout.join("Cargo.toml"), "name = \"surfelshop-api\"\n").unwrap();
+    std::fs::remove_dir_all(desk.at("rim/.cargo")).unwrap();
+    let told = desk.run("plugins sdk rim --api checkout").done().stdout;
+    assert!(told.contains("surfelshop-api, surfelshop-geometry in "), "{told}");
+    assert!(read(config).contains("checkout/host/sdk/geometry") && !read(config).contains(&sdk));
+    // What the author wrote there stays, and nothing is there twice.
+    let own = format!("[build]\njobs = 2\n{}", read(config));
+    std::fs::write(desk.at("rim").join(config), own).unwrap();
+    desk.run("plugins sdk rim").done();
+    let now = read(config);
+    assert!(now.starts_with("[build]\njobs = 2\n"), "{now}");
+    assert!(now.matches("[patch.crates-io]").count() == 1 && now.contains(&sdk), "{now}");
+    // A module's configuration is everybody's but for these lines.
+    desk.run("plugins new boxed --sandbox").done();
+    let boxed = std::fs::read_to_string(desk.at("boxed").join(config)).unwrap();
+    assert!(
+        boxed.contains("wasm32-unknown-unknown") && boxed.contains("[patch.crates-io]"),
+        "{boxed}"
+    );
+    desk.run("plugins sdk nowhere")
+        .failed(&["nowhere/Cargo.toml", "expected the Cargo.toml of a plugin"]);
+    std::fs::write(desk.at("checkout/Cargo.toml"), "[dependencies]\n").unwrap();
+    desk.run("plugins sdk checkout").failed(&["expected a dependency by version"]);
+    std::fs::write(desk.at("rim").join(config), "[patch.crates-io]\nglam = { path = \"g\" }\n")
+        .unwrap();
+    desk.run("plugins sdk rim").failed(&["has a table [patch] of its own", "surfelshop-api = "]);
+    assert!(read(config).starts_with("[patch.crates-io]\nglam"));
+}

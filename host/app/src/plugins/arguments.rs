@@ -32,6 +32,8 @@ pub(crate) enum PluginsAction {
     List,
     /// Start a plugin of your own: a project that builds, with a README of its own.
     New(NewArguments),
+    /// Say in a plugin's project where this machine has the crates that it links: once on each machine.
+    Sdk(SdkArguments),
     /// Let the code of these files run, now and later.
     Trust {
         /// The plugin files.
@@ -118,8 +120,8 @@ pub(crate) struct NewArguments {
     /// The id of its package [default: org.example.NAME].
     #[arg(long, value_name = "ID")]
     pub(crate) id: Option<String>,
-    /// Where `surfelshop-api` is: a folder, or the address of a git repository [default: the checkout that
-    /// this program was built in].
+    /// Where `surfelshop-api` is: a folder, or the address of a git repository [default: what came with this
+    /// program, named by its version].
     ///
     /// A folder that is not typed from the root is written from the project's folder, so that both can be
     /// moved together.
@@ -138,6 +140,16 @@ pub(crate) struct NewArguments {
     /// Have Cargo build a WebAssembly module, which runs in a sandbox and needs nobody's trust.
     #[arg(long)]
     pub(crate) sandbox: bool,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SdkArguments {
+    /// The folder of the project; its .cargo/config.toml is written.
+    #[arg(value_name = "DIR", default_value = ".")]
+    pub(crate) project: PathBuf,
+    /// The checkout whose crates are meant [default: those that came with this program].
+    #[arg(long, value_name = "PATH")]
+    pub(crate) api: Option<String>,
 }
 
 #[cfg(test)]
@@ -161,6 +173,8 @@ mod tests {
             " trust a.so --place",
             " isolate org.example.rim --undo",
             " pack rim -o rim.surfelplug",
+            " sdk",
+            " sdk rim --api ../surfelshop",
         ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");
         }

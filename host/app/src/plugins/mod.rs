@@ -8,6 +8,7 @@ mod list;
 mod names;
 mod new;
 mod pack;
+mod sdk;
 mod trusted;
 
 use crate::plugins::arguments::{PluginsAction, PluginsArguments};
@@ -22,6 +23,7 @@ pub(crate) fn run(arguments: &PluginsArguments) -> anyhow::Result<()> {
     match &arguments.action {
         None | Some(PluginsAction::List) => list::run(arguments),
         Some(PluginsAction::New(new)) => new::run(new, arguments.json),
+        Some(PluginsAction::Sdk(sdk)) => sdk::run(sdk, arguments.json),
         Some(PluginsAction::Pack(pack)) => pack::run(arguments, pack),
         Some(PluginsAction::Trust { files, place }) => trusted::trust(arguments, files, *place),
         Some(PluginsAction::Distrust { what }) => trusted::distrust(arguments, what),

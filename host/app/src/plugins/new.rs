@@ -1,11 +1,12 @@
 //! `surfelshop plugins new`: a project that builds, loads and passes `check`, to be changed from there.
 
 use super::names::check_name;
+use super::sdk::{self, Sdk};
 use crate::plugins::arguments::{NewArguments, NewKind};
 use anyhow::{Context as _, ensure};
 use serde_json::json;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use surfelshop_api::format::MAX_ENDING_LEN;
 use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 use surfelshop_runtime::plugins::is_package_id;
@@ -18,12 +19,11 @@ type File = (&'static str, &'static str);
 const COMMON: [File; 3] = [
     ("Cargo.toml", include_str!("template/Cargo.toml.txt")),
     ("README.md", include_str!("template/README.txt")),
-    (".gitignore", "/target\n"),
+    (".gitignore", "/target\n{{ignored}}"),
 ];
 
-/// The file that has Cargo build a WebAssembly module.
-const SANDBOX: [File; 1] =
-    [(".cargo/config.toml", include_str!("template/sandbox/config.toml.txt"))];
+/// What has Cargo build a WebAssembly module.
+const SANDBOX: &str = include_str!("template/sandbox/config.toml.txt");
 
 impl NewKind {
     fn files(self) -> &'static [File] {
@@ -151,7 +151,7 @@ struct Project {
     kind: NewKind,
     name: String,
     package: String,
-    dependencies: String,
+    sdk: Sdk,
     /// The oldest minor version of the ABI, where one is said.
     minor: Option<u16>,
     /// Whether it is to be a WebAssembly module.
@@ -170,9 +170,9 @@ impl Project {
             "--id {package}: expected letters, digits, '.', '-' and '_', as in org.example.{name}"
         );
         check_minor(arguments.kind, arguments.minor)?;
-        let dependencies = dependencies(arguments)?;
+        let sdk = Sdk::of(arguments)?;
         let (kind, minor, sandbox) = (arguments.kind, arguments.minor, arguments.sandbox);
-        Ok(Self { kind, name, package, dependencies, minor, sandbox })
+        Ok(Self { kind, name, package, sdk, minor, sandbox })
     }
 
     /// Where Cargo puts the library.
@@ -205,9 +205,25 @@ impl Project {
 
     /// The files with their texts.
     fn files(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let sandbox = if self.sandbox { &SANDBOX[..] } else { &[] };
-        let files = COMMON.iter().chain(sandbox).chain(self.kind.files());
-        files.map(|(file, text)| (*file, self.filled(text)))
+        let files = COMMON.iter().chain(self.kind.files());
+        let files = files.map(|(file, text)| (*file, self.filled(text)));
+        files.chain(self.cargo_config().map(|text| (sdk::CONFIG, text)))
+    }
+
+    /// What Cargo is told besides: what to build, and where this machine has the crates.
+    fn cargo_config(&self) -> Option<String> {
+        let target = if self.sandbox { SANDBOX } else { "" };
+        match self.sdk.config(self.kind.crates()) {
+            Some(places) => Some(sdk::with_places(target, &places)),
+            None => Some(target.to_owned()).filter(|text| !text.is_empty()),
+        }
+    }
+
+    /// What of it is this machine's alone.
+    fn ignored(&self) -> String {
+        // What is built is everybody's.
+        let is_own = !self.sandbox && self.sdk.config(self.kind.crates()).is_some();
+        if is_own { format!("/{}\n", sdk::CONFIG) } else { String::new() }
     }
 
     fn filled(&self, text: &str) -> String {
@@ -240,7 +256,9 @@ impl Project {
             .replace("{{ending}}", &ending(&self.name))
             .replace("{{package}}", &self.package)
             .replace("{{minor}}", &self.minor.map(|n| format!(" minor: {n},")).unwrap_or_default())
-            .replace("{{dependencies}}", &self.dependencies)
+            .replace("{{dependencies}}", &self.sdk.dependencies(self.kind.crates()))
+            .replace("{{ignored}}", &self.ignored())
+            .replace("{{where}}", self.sdk.told())
             .replace("{{what}}", what)
             .replace("{{shader}}", &shaders)
             .replace("{{target}}", self.target())
@@ -305,107 +323,10 @@ fn check_minor(kind: NewKind, minor: Option<u16>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Lines of `Cargo.toml` that name this project's crates.
-fn dependencies(arguments: &NewArguments) -> anyhow::Result<String> {
-    let (api, crates) = (arguments.api.as_deref(), arguments.kind.crates());
-    let is_address = |text: &str| text.contains("://") || text.starts_with("git@");
-    let revision = match (&arguments.tag, &arguments.rev) {
-        (Some(tag), _) => format!(", tag = {}", quoted(tag)),
-        (None, Some(rev)) => format!(", rev = {}", quoted(rev)),
-        (None, None) => String::new(),
-    };
-    if let Some(path) = api.filter(|api| !is_address(api)) {
-        ensure!(
-            revision.is_empty(),
-            "--api {path}: --tag and --rev are of the address of a repository, and this is a folder"
-        );
-    }
-    let line = |name: &str| -> anyhow::Result<String> {
-        let source = match api {
-            Some(address) if is_address(address) => format!("git = {}{revision}", quoted(address)),
-            _ => {
-                let sdk = match api {
-                    Some(path) => sdk_folder(Path::new(path)).with_context(|| {
-                        format!("--api {path}: expected a checkout of Surfelshop or its `host/sdk`")
-                    })?,
-                    None => checkout().context(
-                        "the checkout that this program was built in is not there; name its folder or \
-                         the address of its repository with --api",
-                    )?,
-                };
-                let folder = sdk.join(name);
-                let folder = match api.is_some_and(|api| Path::new(api).is_relative()) {
-                    true => from_project(&folder, &arguments.path)?,
-                    false => folder,
-                };
-                let folder = folder.to_str().with_context(|| {
-                    format!("{}: the path is not UTF-8; rename it", folder.display())
-                })?;
-                format!("path = {}", quoted(folder))
-            }
-        };
-        Ok(format!("surfelshop-{name} = {{ {source} }}"))
-    };
-    let lines = crates.iter().map(|name| line(name)).collect::<anyhow::Result<Vec<_>>>()?;
-    Ok(lines.join("\n"))
-}
-
-/// A folder as it is named from the folder of a project that is to be made.
-fn from_project(folder: &Path, project: &Path) -> anyhow::Result<PathBuf> {
-    let absolute = std::path::absolute(project)
-        .with_context(|| format!("{}: there is no current folder", project.display()))?;
-    // What is there of it without links, as the folder is.
-    let known = absolute.ancestors().find_map(|there| Some((there, there.canonicalize().ok()?)));
-    let project = match known {
-        Some((there, real)) => real.join(absolute.strip_prefix(there).unwrap_or(Path::new(""))),
-        None => absolute,
-    };
-    let shared = project.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
-    let up = project.components().skip(shared).map(|_| "..");
-    let down = folder.components().skip(shared).map(|part| part.as_os_str().to_owned());
-    Ok(up.map(std::ffi::OsString::from).chain(down).collect())
-}
-
-fn quoted(text: &str) -> String {
-    toml::Value::from(text).to_string()
-}
-
-/// The folder `host/sdk` of a checkout, or of one that a path leads into.
-fn sdk_folder(path: &Path) -> Option<PathBuf> {
-    let path = path.canonicalize().ok()?;
-    let is_sdk = |folder: &PathBuf| {
-        let text = std::fs::read_to_string(folder.join("api/Cargo.toml")).unwrap_or_default();
-        text.contains("name = \"surfelshop-api\"")
-    };
-    let parent = path.parent().map(Path::to_owned);
-    let below = ["host/sdk", "sdk"].map(|below| Some(path.join(below)));
-    below.into_iter().chain([Some(path), parent]).flatten().find(is_sdk)
-}
-
-/// The checkout that this program was built in: it lies in its target folder.
-fn checkout() -> Option<PathBuf> {
-    let program = std::env::current_exe().ok()?;
-    program
-        .ancestors()
-        .skip(1)
-        .find_map(|folder| folder.join("host/sdk").is_dir().then(|| sdk_folder(folder)).flatten())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::ValueEnum as _;
-
-    #[test]
-    fn folders_are_named_from_the_project() {
-        let folder = tempfile::tempdir().unwrap();
-        let root = folder.path().canonicalize().unwrap();
-        let named =
-            |project: &str| from_project(&root.join("sdk/api"), &root.join(project)).unwrap();
-        assert_eq!(named("rim"), Path::new("../sdk/api"));
-        assert_eq!(named("plugins/rim"), Path::new("../../sdk/api"));
-        assert_eq!(named("sdk/rim"), Path::new("../api"));
-    }
 
     #[test]
     fn endings_of_files_are_short_and_of_letters_and_digits() {
@@ -417,9 +338,9 @@ mod tests {
     fn nothing_of_a_template_is_left_unfilled() {
         for kind in NewKind::value_variants().iter().copied() {
             let (name, package) = ("rim-light".to_owned(), "org.example.rim-light".to_owned());
-            let dependencies = "a = 1".to_owned();
+            let sdk = Sdk::Registry("/sdk".to_owned());
             let (minor, sandbox) = (Some(9), kind != NewKind::Graph);
-            let project = Project { kind, name, package, dependencies, minor, sandbox };
+            let project = Project { kind, name, package, sdk, minor, sandbox };
             for (file, text) in project.files() {
                 assert!(!text.contains("{{"), "{file} of {kind:?}: {text}");
             }
