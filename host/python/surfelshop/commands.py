@@ -8,7 +8,7 @@ import tempfile
 import numpy
 
 from . import exr
-from .program import run, words
+from .program import refuse, run, words
 from .table import Table
 
 
@@ -30,14 +30,14 @@ def info(files, full=False):
 def bake(files, *tools, out, parameters=None, **options):
     """Runs tools over a cloud and writes what comes of it; returns what is known of it. `parameters` are those of the
     tools."""
-    (file,) = _files(files)
     named = [word for tool in tools for word in ("-t", tool)]
-    return run("bake", [file, *named, "-o", out, *words({"set": _set(parameters), **options})])
+    return run("bake", [*_files(files), *named, "-o", out, *words({"set": _set(parameters), **options})])
 
 
 def render(files, renderer=None, layers=False, parameters=None, **options):
     """A picture in linear radiance: float32, rows x columns x (R, G, B, A), colour multiplied by alpha. With `layers` a
     dictionary of all channels instead, such as `depth.Z`."""
+    refuse("render", options, ["path", "part", "out"])
     named = ["-r", renderer] if renderer else []
     if not layers and "output" not in options:
         options["output"] = "color"
@@ -53,6 +53,8 @@ def render(files, renderer=None, layers=False, parameters=None, **options):
 def compare(files, renderers, reference=None, out=None, parameters=None, **options):
     """What renderers make of a scene, measured: the object of metrics.json. `renderers` are ids, or a dictionary of names
     and ids. Pictures and page stay where `out` is given."""
+    refuse("compare", options, ["part"])
+    renderers = [renderers] if isinstance(renderers, str) else renderers
     pairs = renderers.items() if isinstance(renderers, dict) else ((name, name) for name in renderers)
     named = [word for name, unit in pairs for word in ("-r", unit if name == unit else f"{name}={unit}")]
     with tempfile.TemporaryDirectory() as folder:
@@ -64,8 +66,10 @@ def report(files, renderer=None, tool=None, knobs=None, reference=None, referenc
            parameters=None, **options):
     """Error against time, a row for each value of each knob. `knobs` are lists of values by parameter. Page and plots stay
     where `out` is given, and a report that was interrupted goes on there."""
+    refuse("report", options, ["part"])
     named = ["-r", renderer] if renderer else ["-t", tool] if tool else []
-    turned = {name.replace("_", "-"): tuple(values) for name, values in (knobs or {}).items()}
+    listed = lambda values: tuple(values) if isinstance(values, (list, tuple, numpy.ndarray, range)) else (values,)
+    turned = {name.replace("_", "-"): listed(values) for name, values in (knobs or {}).items()}
     with tempfile.TemporaryDirectory() as folder:
         asked = {
             "knob": turned, "reference": reference, "reference_set": _set(reference_set), "set": _set(parameters),

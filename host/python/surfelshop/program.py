@@ -38,11 +38,11 @@ def words(options):
         elif isinstance(value, dict):
             for key, one in value.items():
                 typed += [option, f"{key}={_text(one)}"]
+        elif name == "size" and isinstance(value, (tuple, list)):
+            typed += [option, "x".join(str(side) for side in value)]
         elif isinstance(value, list):
             for one in value:
                 typed += [option, _text(one)]
-        elif name == "size" and isinstance(value, tuple):
-            typed += [option, "x".join(str(side) for side in value)]
         else:
             typed.append(f"{option}={_text(value)}")
     return typed
@@ -64,8 +64,26 @@ def run(command, arguments):
     except OSError as error:
         raise SurfelshopError(f"surfelshop: {typed[0]}: {error.strerror}", 127) from error
     if ended.returncode != 0:
-        lines = [line for line in ended.stderr.splitlines() if line.strip()]
-        # A command line that was not understood is followed by the usage.
-        line = (lines[0] if ended.returncode == 2 else lines[-1]) if lines else "surfelshop: it ended without a word"
-        raise SurfelshopError(line, ended.returncode)
-    return json.loads(ended.stdout)
+        raise SurfelshopError(_reason(ended.stderr, ended.returncode), ended.returncode)
+    try:
+        return json.loads(ended.stdout)
+    except ValueError as error:
+        raise SurfelshopError(f"surfelshop: {typed[0]}: expected an answer in JSON; is it the program surfelshop?", 127) from error
+
+
+def _reason(said, code):
+    """The line that says why a command failed."""
+    if code == 2:
+        # A command line that was not understood: what is wrong with it, a blank line, and the usage.
+        said = said.strip().split("\n\n")[0]
+        return " ".join(said.split()) or "surfelshop: it ended without a word"
+    lines = [line for line in said.splitlines() if line.strip()]
+    return lines[-1] if lines else "surfelshop: it ended without a word"
+
+
+def refuse(command, options, names):
+    """Refuses options whose results no function returns."""
+    for name in names:
+        if options.get(name) is not None:
+            option = "--" + name.replace("_", "-")
+            raise SurfelshopError(f"surfelshop: {option}: not in Python; type `surfelshop {command}` in a shell", 2)

@@ -58,9 +58,13 @@ impl JobOrder<'_> {
             check(&path.display().to_string())?;
         }
         let mut words = Vec::with_capacity(self.words.len());
-        for word in &self.words {
+        let before = std::iter::once("").chain(self.words.iter().map(String::as_str));
+        for (word, before) in self.words.iter().zip(before) {
             check(word)?;
-            let input = named.iter().position(|file| file.as_os_str() == word.as_str());
+            // What stands behind an option may be its value.
+            let may_be_file = !before.starts_with('-') || before.contains('=');
+            let input =
+                named.iter().position(|file| may_be_file && file.as_os_str() == word.as_str());
             words.push(match input {
                 Some(i) => format!("\"$INPUT{}\"", i + 1),
                 None => command_line::quoted(word.clone()),
@@ -107,8 +111,9 @@ fn lines(arguments: &str) -> Vec<String> {
         "else",
         "  STATUS=$?",
         "  cat \"$LOG\" >&2",
-        // A program that was killed said nothing.
-        "  REASON=$(tail -n 1 \"$LOG\")",
+        // A command line that was not understood is told in several lines, and a program that was killed said nothing.
+        "  REASON=$(sed -n '/^surfelshop: /,/^$/p' \"$LOG\" | tr -s '\\n ' ' ')",
+        "  REASON=${REASON:-$(tail -n 1 \"$LOG\")}",
         "  echo \"openjd_fail: ${REASON:-the program was ended, exit status $STATUS}\"",
         "  exit 1",
         "fi",
@@ -119,7 +124,12 @@ fn lines(arguments: &str) -> Vec<String> {
 
 /// Refuses what shells or templates would take for something else.
 fn check(word: &str) -> anyhow::Result<()> {
-    for (signs, why) in [("{{", "templates take it for a parameter"), ("\n", "it ends a line")] {
+    for (signs, why) in [
+        ("{{", "templates take it for a parameter"),
+        ("\n", "it ends a line"),
+        ("\r", "templates have no place for it"),
+        ("\u{fffd}", "it is no Unicode"),
+    ] {
         if word.contains(signs) {
             bail!("{word:?}: {why}; name it otherwise");
         }

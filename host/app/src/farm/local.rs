@@ -40,7 +40,11 @@ pub(super) fn run(arguments: &FarmRun) -> anyhow::Result<()> {
 
 /// Says how to get the standard's program where it is missing.
 fn check_openjd(arguments: &FarmRun) -> anyhow::Result<()> {
-    let version = Command::new(&arguments.openjd).arg("--version").stdout(Stdio::null()).status();
+    let version = Command::new(&arguments.openjd)
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
     match version {
         Ok(_) => Ok(()),
         Err(error) => bail!(
@@ -122,7 +126,10 @@ fn run_task(
         .arg(place.join(TEMPLATE))
         .args(["--step", step, "--no-run-dependencies"])
         .arg("-p")
-        .arg(format!("file://{}", parameters.display()));
+        .arg(format!("file://{}", parameters.display()))
+        // Where the job is now, wherever it was written.
+        .arg("-p")
+        .arg(format!("Job={}", place.display()));
     if let Some(part) = task {
         command.arg("-tp").arg(format!("Part={part}"));
     }

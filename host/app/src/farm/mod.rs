@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use surfelshop_cloud::files::folder_of;
 use surfelshop_session::options::PrintArguments;
 use surfelshop_session::options::part::Part;
+use surfelshop_session::options::path::PathSpec;
 use surfelshop_session::output::{command_line, files, terminal};
 
 /// The template of Open Job Description.
@@ -37,8 +38,8 @@ const OF_JOB: [&str; 4] = ["--parts", "--out", "--output", "-o"];
 
 /// Runs the command.
 pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
-    // In front of it stand the program, `farm` and what the job is.
-    let words: Vec<String> = std::env::args().skip(3).collect();
+    // In front of it stand `farm` and what the job is.
+    let words: Vec<String> = command_line::typed_words().skip(2).collect();
     let words = command_line::without(&words, &OF_JOB);
     let words: Vec<String> = words.into_iter().filter(|word| word != "--json").collect();
     let merge = "merge \"$JOB/parts\" -o \"$JOB/result\"".to_owned();
@@ -65,6 +66,12 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
             let (work, n) = (&given.work, given.parts);
             without_part(work.part)?;
             ensure!(work.path.is_some(), "a comparison is divided along --path, such as orbit:24");
+            if let Some(PathSpec::Orbit(frames) | PathSpec::Along(frames)) = work.path {
+                ensure!(
+                    n <= frames,
+                    "--parts {n}: the path has {frames} pictures, and a part has one at least"
+                );
+            }
             let order = JobOrder {
                 command: "compare",
                 words,
@@ -82,6 +89,10 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
             ensure!(work.path.is_some(), "a film is divided along --path, such as orbit:240");
             let first = work.out.first().context("a film needs a picture to write")?;
             let place = folder_of(first.path());
+            ensure!(
+                work.out.iter().all(|file| folder_of(file.path()) == place),
+                "-o: expected all files of a film in one folder, which is the job's, found several"
+            );
             let order = JobOrder { command: "render", words, files: &work.files, place, parts: n };
             let mut part = format!("--part $PART/{n}");
             for file in &work.out {
@@ -95,6 +106,10 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
         FarmCommand::Index(given) => {
             let (work, n) = (&given.work, given.parts);
             without_part(work.part)?;
+            ensure!(
+                work.step.is_none(),
+                "--step is what the tasks of a job are given; leave it out"
+            );
             let name = work.output.file_name().unwrap_or_default().to_string_lossy();
             let name = command_line::quoted(name.into_owned());
             let place = folder_of(&work.output);
@@ -128,6 +143,7 @@ fn write(job: &Job, print: &PrintArguments) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("the program does not know its own place")?;
     let shown = program.display().to_string();
     let stored = StoredJob { name: job.name.clone(), steps: job.steps.clone() };
+    check_free(place, &stored)?;
     let all = [
         (TEMPLATE, template::template(job)),
         (PARAMETERS, serde_json::to_string_pretty(&template::parameters(job, &shown))?),
@@ -156,6 +172,25 @@ fn write(job: &Job, print: &PrintArguments) -> anyhow::Result<()> {
          and {at}/{TEMPLATE} with {PARAMETERS} for any farm that takes Open Job Description",
         job.name
     ))
+}
+
+/// Refuses the folder of another job that was run: its parts would be taken for those of this one.
+fn check_free(place: &Path, job: &StoredJob) -> anyhow::Result<()> {
+    let results: Vec<&str> =
+        ["parts", "result"].into_iter().filter(|name| place.join(name).exists()).collect();
+    let path = place.join(JOB);
+    if results.is_empty() || !path.is_file() {
+        return Ok(());
+    }
+    let known = files::read_short(&path, 1 << 30)?;
+    let known = serde_json::from_slice::<StoredJob>(&known).ok();
+    ensure!(
+        known.as_ref() == Some(job),
+        "{}: another job was run there; name another folder, or delete {} in it",
+        place.display(),
+        results.join(" and ")
+    );
+    Ok(())
 }
 
 /// Reads what was written of a job.

@@ -139,7 +139,7 @@ fn starts(
     picture: &Path,
 ) -> anyhow::Result<(Start, Vec<Start>)> {
     let program = std::env::current_exe().context("the program's own file is not known")?;
-    let words = words(arguments, started, picture, std::env::args().skip(1).collect());
+    let words = words(arguments, started, picture, command_line::typed_words().collect());
     let n = arguments.frames.unwrap_or(STILL);
     let first = start(&program, &words)?;
     let others = (0..n).map(|_| start(&program, &words)).collect::<anyhow::Result<_>>()?;

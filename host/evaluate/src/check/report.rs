@@ -186,7 +186,7 @@ fn write(folder: &Path, stem: &str, name: &str, image: &Image) -> anyhow::Result
 
 /// The command that runs a case again: as typed, for one unit and one case.
 fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> String {
-    let typed: Vec<String> = std::env::args().skip(2).collect();
+    let typed: Vec<String> = command_line::typed_words().skip(1).collect();
     let typed = command_line::without(&typed, &["--case", "--out", "-o"]);
     let is_other = |word: &String| {
         let is_wanted = arguments.wanted.contains(word) && super::file(word).is_none();

@@ -53,6 +53,9 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
     let folder = part::folder(arguments);
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    if arguments.part.is_some() {
+        part::begin(&folder)?;
+    }
     let begun = PartStart::now();
     let mut studio = match wanted.iter().any(|one| one.reference.kind == UnitKind::Renderer) {
         true => Some(RenderSession::open(&arguments.device, &arguments.plugins)?),

@@ -2,15 +2,17 @@
 
 use super::candidate::{Candidate, Stage};
 use super::compared::Compared;
+use super::report::frame_folder;
 use super::{CompareArguments, Limits};
-use anyhow::ensure;
+use anyhow::{Context as _, ensure};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use surfelshop_session::input::scenes::Source;
 use surfelshop_session::options::part::Part;
 use surfelshop_session::output::digest::FileDigest;
 use surfelshop_session::output::machine::Machine;
-use surfelshop_session::output::part_file::{PartFile, PartStart};
+use surfelshop_session::output::part_file::{PART_FILE, PartFile, PartStart};
 use surfelshop_session::output::terminal;
 use surfelshop_session::render::camera_path::Frame;
 use surfelshop_session::render::path_pictures::{DrawingUnit, files_read, portable};
@@ -23,6 +25,48 @@ pub(crate) struct ComparePart {
     /// The names of all frames, in their order.
     pub(crate) frames: Vec<String>,
     pub(crate) limits: Limits,
+    /// The files of its frames, by their places in the part's folder.
+    pub(crate) files: BTreeMap<PathBuf, FileDigest>,
+}
+
+/// The files in the folders of a part's frames, by their places in its folder.
+pub(crate) fn files_of(
+    folder: &Path,
+    compared: &Compared,
+) -> anyhow::Result<BTreeMap<PathBuf, FileDigest>> {
+    let mut found = BTreeMap::new();
+    for told in &compared.frames {
+        add_files(folder, &frame_folder(folder, &told.frame), &mut found)?;
+    }
+    Ok(found)
+}
+
+fn add_files(
+    root: &Path,
+    folder: &Path,
+    found: &mut BTreeMap<PathBuf, FileDigest>,
+) -> anyhow::Result<()> {
+    let cannot = || format!("{}: cannot be read", folder.display());
+    for entry in std::fs::read_dir(folder).with_context(cannot)? {
+        let path = entry.with_context(cannot)?.path();
+        if path.is_dir() {
+            add_files(root, &path, found)?;
+        } else if let Ok(place) = path.strip_prefix(root) {
+            found.insert(place.to_owned(), FileDigest::of(&path)?);
+        }
+    }
+    Ok(())
+}
+
+/// Takes away what says that a part is done, where it is begun anew.
+pub(super) fn begin(folder: &Path) -> anyhow::Result<()> {
+    let path = folder.join(PART_FILE);
+    match std::fs::remove_file(&path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("{}: cannot be removed", path.display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The name of the command in files of parts.
@@ -92,7 +136,8 @@ impl Whole<'_> {
         let inputs = FileDigest::of_all(files.iter().map(PathBuf::as_path))?;
         let machine = Machine::this(compared.device.clone());
         let frames = self.frames.iter().map(|frame| frame.name.clone()).collect();
-        let of = ComparePart { compared, frames, limits };
+        let files = files_of(&folder, &compared)?;
+        let of = ComparePart { compared, frames, limits, files };
         let file = PartFile::new((COMMAND, part), (options, inputs), (machine, self.started), of);
         file.write(&folder)?;
         match arguments.report.json {

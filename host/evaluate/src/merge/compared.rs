@@ -2,7 +2,7 @@
 
 use super::{MergeArguments, make, note_parts, put_file};
 use crate::compare::compared::{FrameNumbers, Target};
-use crate::compare::part::ComparePart;
+use crate::compare::part::{ComparePart, files_of};
 use crate::compare::report::{frame_folder, pictures_again};
 use crate::compare::verdict;
 use anyhow::{Context as _, bail};
@@ -17,6 +17,18 @@ pub(super) fn merge(
     let Some((_, first)) = parts.first() else { return Ok(()) };
     let mut compared = first.of.compared.clone();
     let (names, limits) = (first.of.frames.clone(), first.of.limits.clone());
+    for (folder, part) in &parts {
+        let found = files_of(folder, &part.of.compared)
+            .with_context(|| format!("{}; run it again", part.part))?;
+        let lost = part.of.files.iter().find(|(place, file)| found.get(*place) != Some(*file));
+        if let Some((place, _)) = lost {
+            bail!(
+                "{}: {} wrote another file than is there now; run it again",
+                folder.join(place).display(),
+                part.part
+            );
+        }
+    }
     note_parts(arguments, &parts)?;
     compared.frames.clear();
     let mut places = Vec::new();

@@ -28,6 +28,7 @@ use surfelshop_api::UnitKind;
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 use surfelshop_session::input::scenes::Source;
 use surfelshop_session::options::explicit::ExplicitOptions;
+use surfelshop_session::output::command_line;
 use surfelshop_session::output::terminal::{self, Progress};
 use surfelshop_session::session;
 use surfelshop_session::timing::Run;
@@ -187,7 +188,7 @@ fn told(whole: parted::Whole<'_>, known: &parted::Known, swept: page::Swept) -> 
     match arguments.part {
         Some(part) => whole.write(part, known, swept)?,
         None => {
-            let words: Vec<String> = std::env::args().skip(1).collect();
+            let words: Vec<String> = command_line::typed_words().collect();
             let (folder, json) = (arguments.out.as_path(), arguments.report.json);
             page::write(&page::Target { folder, json, words: &words }, &swept)?;
         }

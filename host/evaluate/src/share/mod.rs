@@ -35,8 +35,8 @@ use surfelshop_session::timing::median;
 /// What stands behind the clouds where nobody says it: pictures of a page are opaque.
 const BACKDROP: [f32; 3] = [0.91, 0.902, 0.882];
 
-/// Bytes that the page takes besides pictures.
-const BESIDE_PICTURES: u64 = 100_000;
+/// Bytes by which a page may grow besides its pictures once they are stored: digits of their size and quality.
+const MORE: u64 = 64;
 
 /// Runs the command.
 pub fn run(arguments: &ShareArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
@@ -72,20 +72,23 @@ pub fn run(arguments: &ShareArguments, given: &ExplicitOptions) -> anyhow::Resul
     let mut candidates: Vec<Candidate> = started.collect();
     let drawn = drawn(&stage, studio.as_mut(), &frames, &mut candidates)?;
     let all: Vec<Vec<u8>> = drawn.iter().flat_map(|(pictures, _)| pictures.clone()).collect();
-    let (jpegs, stored) = fit::fitted(&all, arguments.most.saturating_sub(BESIDE_PICTURES))?;
-    let renderers = renderers(&candidates, &drawn, &jpegs, frames.len());
     let device = studio.map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
-    let page = SharedPage {
+    let machine = Machine::this(device);
+    let page = |jpegs: &[Vec<u8>], stored: fit::Stored| SharedPage {
         title: title(arguments),
-        notes: notes(&displayed, &Machine::this(device), first.view.size_px, stored),
+        notes: notes(&displayed, &machine, first.view.size_px, stored),
         command: command_line::typed(),
         version: env!("CARGO_PKG_VERSION"),
         size: stored.size,
         goes_around: matches!(arguments.path, PathSpec::Orbit(_)),
         frames: frames.iter().map(|frame| frame.name.clone()).collect(),
-        renderers,
+        renderers: renderers(&candidates, &drawn, jpegs, frames.len()),
         legend: page::legend(displayed.legend().as_ref()),
     };
+    let nothing = fit::Stored { size: first.view.size_px, quality: 100 };
+    let beside = page(&vec![Vec::new(); all.len()], nothing).html()?.len() as u64 + MORE;
+    let (jpegs, stored) = fit::fitted(&all, arguments.most.saturating_sub(beside))?;
+    let page = page(&jpegs, stored);
     let html = page.html()?;
     files::write_whole(&arguments.out, html.as_bytes())?;
     told(arguments, &page, html.len(), stored)
@@ -239,9 +242,16 @@ fn told(
     }
     let (n, n_renderers) = (page.frames.len(), page.renderers.len());
     terminal::line(format!(
-        "{}: {n} pictures by {n_renderers} renderers, {width} x {height}, JPEG of quality {}, {:.1} MB",
+        "{}: {n} picture{} by {n_renderers} renderer{}, {width} x {height}, JPEG of quality {}, {:.1} MB",
         arguments.out.display(),
+        plural(n),
+        plural(n_renderers),
         stored.quality,
         bytes as f64 / 1e6
     ))
+}
+
+/// What the name of so many things ends with.
+fn plural(n: usize) -> &'static str {
+    if n == 1 { "" } else { "s" }
 }

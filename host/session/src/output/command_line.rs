@@ -2,9 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+/// The words that were typed behind the program's name; what is no Unicode in them is replaced by signs that say so.
+pub fn typed_words() -> impl Iterator<Item = String> {
+    std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned())
+}
+
 /// The command that runs.
 pub fn typed() -> String {
-    words("surfelshop", std::env::args().skip(1))
+    words("surfelshop", typed_words())
 }
 
 /// This program as it can be typed in the current folder: its name where `PATH` leads to it, else its

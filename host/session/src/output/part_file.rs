@@ -3,6 +3,7 @@
 
 use crate::cpu_time::cpu_time;
 use crate::options::part::Part;
+use crate::output::command_line;
 use crate::output::digest::FileDigest;
 use crate::output::files;
 use crate::output::machine::Machine;
@@ -74,7 +75,7 @@ impl<T: Serialize> PartFile<T> {
             machine,
             seconds: started.0.elapsed().as_secs_f64(),
             cpu_seconds: cpu_time().map(|time| time.as_secs_f64()),
-            typed: std::env::args().skip(1).collect(),
+            typed: command_line::typed_words().collect(),
             of,
         }
     }
