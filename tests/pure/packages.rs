@@ -21,6 +21,9 @@ fn crates_for_plugins_have_licence_readme_and_sources() {
         for file in ["LICENSE", "README.md", "src/lib.rs", "Cargo.toml"] {
             assert!(files.contains(&file), "{name} lacks {file}");
         }
+        // Its documentation is made of pages of the manual.
+        let has_guide = files.contains(&"guide/index.md");
+        assert_eq!(has_guide, name == "surfelshop-api", "{name}: {files:?}");
         let is_expected = |file: &&&str| {
             ["src/", "guide/", "Cargo.", ".cargo_vcs"].iter().any(|start| file.starts_with(start))
         };

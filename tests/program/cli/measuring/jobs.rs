@@ -156,6 +156,41 @@ fn what_is_no_job_is_one_line() {
         "slurm.sh",
     ]);
     folder.run("farm report two.ply -r flat --title {{x}} -o job").misused(&["--title"]);
+    folder
+        .run("farm index two.ply --step extent -o i/a.surfels")
+        .failed(&["--step", "leave it out"]);
+    let compare = "farm compare two.ply -r flat -r ewa-phong --path orbit:4 -o c";
+    folder.run(&format!("{compare} --parts 5")).failed(&["--parts 5", "4 pictures"]);
+    folder.run("farm film two.ply --path orbit:4 -o a/a.png -o b/b.png").failed(&["one folder"]);
+    // Another job's parts are not taken for this one's.
+    std::fs::create_dir(folder.at("job/parts")).unwrap();
+    let line = "farm report two.ply -r flat --knob ambient=0,1 --reference flat -o job";
+    folder.run(line).done();
+    folder.run(&format!("{line} --parts 3")).failed(&["another job was run there", "delete parts"]);
+    folder
+        .run_with(&["farm", "film", "a\r.ply", "-o", "r/a.png", "--path", "orbit:4"])
+        .failed(&["templates"]);
+}
+
+/// What is no Unicode is refused in a line, or drawn.
+#[test]
+#[cfg(unix)]
+fn names_without_unicode_are_no_panic() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let folder = two();
+    let odd = std::ffi::OsStr::from_bytes(b"odd\xff.ply");
+    std::fs::copy(folder.at("two.ply"), folder.at("two.ply").with_file_name(odd)).unwrap();
+    let run = |words: &[&str]| {
+        let ended = folder.command().args(words).arg(odd).output().unwrap();
+        (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
+    };
+    let (code, said) = run(&["farm", "film", "--path", "orbit:4", "-o", "f/a.png"]);
+    assert!(code == Some(1) && said.contains("it is no Unicode"), "{code:?} {said}");
+    std::fs::create_dir(folder.at("p")).unwrap();
+    let part = ["render", "--size", "40", "--path", "orbit:2", "--part", "1/2", "-o", "p/a.png"];
+    assert_eq!(run(&part).0, Some(0));
+    let page = ["share", "--size", "40", "--path", "orbit:2", "-o", "page.html"];
+    assert_eq!(run(&page).0, Some(0));
 }
 
 /// The standard's own program checks the templates and runs them; in a virtual environment that this makes where

@@ -144,6 +144,21 @@ fn a_comparison_in_parts_has_the_numbers_of_the_whole() {
     };
     assert_eq!(shown("merged/index.html"), shown("whole/index.html"));
     folder.run(&format!("{line} -o parts --part 6/6")).failed(&["at most as many parts", "5"]);
+    // Pictures that were cut, or are gone, are named, and nothing is written.
+    let cut = folder.at("parts/part-1-of-2/frame-3/flat.png");
+    let whole = std::fs::read(&cut).unwrap();
+    std::fs::write(&cut, &whole[..whole.len() / 2]).unwrap();
+    folder.run("merge parts -o again").failed(&["frame-3", "flat.png", "part 1 of 2"]);
+    std::fs::write(&cut, whole).unwrap();
+    std::fs::rename(folder.at("parts/part-2-of-2/frame-2"), folder.at("gone")).unwrap();
+    folder.run("merge parts -o again").failed(&["frame-2", "part 2 of 2"]);
+    assert!(!folder.at("again").exists(), "nothing is written");
+    std::fs::rename(folder.at("gone"), folder.at("parts/part-2-of-2/frame-2")).unwrap();
+    // A part that is begun anew and fails is not done.
+    folder
+        .run(&format!("{line} -o parts --part 2/2 --backend vulkan --adapter nowhere"))
+        .failed(&["nowhere"]);
+    folder.run("merge parts -o again").failed(&["part 2 of 2 is not done"]);
     folder.run("compare two.ply -r flat -o x --part 1/2").misused(&["--path"]);
 }
 

@@ -118,6 +118,20 @@ try:
     cloud.render(sizes=3)
 except surfelshop.SurfelshopError as error:
     assert error.code == 2 and '--sizes' in str(error), error
+for call, words in [
+    (lambda: surfelshop.bake('two.ply', out='a.ply'), '--tool'),
+    (lambda: surfelshop.report('two.ply'), '--renderer'),
+    (lambda: surfelshop.bake(['two.ply', 'two.ply'], 'ambient-occlusion', out='a.ply'), 'two.ply'),
+    (lambda: cloud.render(path='orbit:2'), '--path'),
+    (lambda: cloud.report('flat', part='1/2'), '--part'),
+]:
+    try:
+        call()
+    except surfelshop.SurfelshopError as error:
+        assert error.code == 2 and words in str(error) and str(error).startswith('surfelshop: '), error
+    else:
+        assert False, words
+assert len(cloud.report('ewa-phong', knobs={'ambient': 0.5}, reference='flat', size=[24, 20], repeats=1)) == 1
 print('done')
 ";
     assert_eq!(said(&run(&folder, script)), "done");

@@ -46,8 +46,10 @@ fn a_page_has_all_pictures_legend_and_numbers_in_one_file() {
         assert!(!html.contains(remote), "{remote}");
     }
     // Whatever the pictures cost, the page keeps to what was allowed.
-    let small = folder.run(&format!("{LINE} --most 112kB --json")).json();
-    assert!(small["bytes"].as_u64().unwrap() <= 112_000, "{small}");
+    let most = told["bytes"].as_u64().unwrap() / 1000 - 1;
+    let small = folder.run(&format!("{line} --most {most}kB --json")).json();
+    assert!(small["bytes"].as_u64().unwrap() <= 1000 * most, "{small}");
+    assert!(small["quality"].as_u64() < told["quality"].as_u64(), "{small}");
     folder.run(&format!("{LINE} --most 1kB")).failed(&["do not fit", "--most"]);
     folder.run(&LINE.replace(".html", ".png")).misused(&[".html"]);
     folder.run(&LINE.replace("flat", "none")).failed(&["none"]);
