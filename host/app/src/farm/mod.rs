@@ -8,7 +8,7 @@ mod scripts;
 mod template;
 
 use anyhow::{Context as _, ensure};
-use arguments::{FarmArguments, FarmCommand};
+use arguments::{FarmArguments, FarmCommand, FarmJob};
 use job::{Job, JobOrder, Step};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -18,6 +18,7 @@ use surfelshop_session::options::PrintArguments;
 use surfelshop_session::options::part::Part;
 use surfelshop_session::options::path::PathSpec;
 use surfelshop_session::output::{command_line, files, terminal};
+use surfelshop_session::render::RenderArguments;
 
 /// The template of Open Job Description.
 const TEMPLATE: &str = "template.yaml";
@@ -83,26 +84,7 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
             let job = order.job(&[("Parts", Some(n), part), ("Merge", None, merge)])?;
             write(&job, &work.report)
         }
-        FarmCommand::Film(given) => {
-            let (work, n) = (&given.work, given.parts);
-            without_part(work.part)?;
-            ensure!(work.path.is_some(), "a film is divided along --path, such as orbit:240");
-            let first = work.out.first().context("a film needs a picture to write")?;
-            let place = folder_of(first.path());
-            ensure!(
-                work.out.iter().all(|file| folder_of(file.path()) == place),
-                "-o: expected all files of a film in one folder, which is the job's, found several"
-            );
-            let order = JobOrder { command: "render", words, files: &work.files, place, parts: n };
-            let mut part = format!("--part $PART/{n}");
-            for file in &work.out {
-                let name = file.path().file_name().unwrap_or_default().to_string_lossy();
-                let name = command_line::quoted(name.into_owned());
-                part.push_str(&format!(" -o \"$JOB/parts/\"{name}"));
-            }
-            let job = order.job(&[("Parts", Some(n), part), ("Merge", None, merge)])?;
-            write(&job, &work.report)
-        }
+        FarmCommand::Film(given) => write(&film(given, words, merge)?, &given.work.report),
         FarmCommand::Index(given) => {
             let (work, n) = (&given.work, given.parts);
             without_part(work.part)?;
@@ -127,6 +109,31 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
         FarmCommand::Papers(given) => write(&papers::job(given, words)?, &given.work.report),
         FarmCommand::Run(given) => local::run(given),
     }
+}
+
+/// A film in parts.
+fn film(
+    given: &FarmJob<RenderArguments>,
+    words: Vec<String>,
+    merge: String,
+) -> anyhow::Result<Job> {
+    let (work, n) = (&given.work, given.parts);
+    without_part(work.part)?;
+    ensure!(work.path.is_some(), "a film is divided along --path, such as orbit:240");
+    let first = work.out.first().context("a film needs a picture to write")?;
+    let place = folder_of(first.path());
+    ensure!(
+        work.out.iter().all(|file| folder_of(file.path()) == place),
+        "-o: expected all files of a film in one folder, which is the job's, found several"
+    );
+    let order = JobOrder { command: "render", words, files: &work.files, place, parts: n };
+    let mut part = format!("--part $PART/{n}");
+    for file in &work.out {
+        let name = file.path().file_name().unwrap_or_default().to_string_lossy();
+        let name = command_line::quoted(name.into_owned());
+        part.push_str(&format!(" -o \"$JOB/parts/\"{name}"));
+    }
+    order.job(&[("Parts", Some(n), part), ("Merge", None, merge)])
 }
 
 /// Refuses a part of a job.

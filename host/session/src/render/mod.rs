@@ -174,10 +174,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
             device: studio.engine.gpu().describe(),
         };
         studio.engine.draw_in_passing(true);
-        return film.render(|view| {
-            let settled = scene.frame(&mut studio, &mut chosen, view)?;
-            Ok((settled.rendered, settled.milliseconds))
-        });
+        let timed = |done: ConvergedFrame| (done.rendered, done.milliseconds);
+        return film.render(|view| scene.frame(&mut studio, &mut chosen, view).map(timed));
     }
     let view = view(&arguments.picture, &staging, clouds);
     let settled = scene.frame(&mut studio, &mut chosen, view)?;

@@ -69,7 +69,7 @@ const BUCKET_BITS: u32 = 11;
 /// Buckets of which each has smaller codes than the next, made in place by the highest bits that differ: short lists
 /// are sorted in fewer steps, and without reaching far in memory.
 ///
-/// Source: McIlroy, Bostic & McIlroy, "Engineering Radix Sort", Computing Systems 1993, the American flag sort.
+/// Source: the American flag sort of "Engineering Radix Sort", Computing Systems 6 (1), 1993.
 fn buckets(keyed: &mut [Keyed]) -> Vec<&mut [Keyed]> {
     let first = keyed.first().map_or(0, |(code, _)| *code);
     let differing = keyed.iter().fold(0, |all, (code, _)| all | code ^ first);
@@ -174,7 +174,7 @@ mod tests {
 
     /// Numbers without order, of a generator.
     ///
-    /// Source: Steele, Lea & Flood 2014, SplitMix.
+    /// Source: Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators".
     fn mixed(seed: u64) -> u64 {
         let mut z = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
