@@ -111,9 +111,12 @@ fn lines(arguments: &str) -> Vec<String> {
         "else",
         "  STATUS=$?",
         "  cat \"$LOG\" >&2",
-        // A command line that was not understood is told in several lines, and a program that was killed said nothing.
-        "  REASON=$(sed -n '/^surfelshop: /,/^$/p' \"$LOG\" | tr -s '\\n ' ' ')",
-        "  REASON=${REASON:-$(tail -n 1 \"$LOG\")}",
+        // A command line that was not understood is told in lines up to a blank one; notes stand above other
+        // failures, and a program that was killed said nothing.
+        "  case $STATUS in",
+        "  2) REASON=$(sed '/^$/q' \"$LOG\" | tr -s '\\n ' ' ') ;;",
+        "  *) REASON=$(tail -n 1 \"$LOG\") ;;",
+        "  esac",
         "  echo \"openjd_fail: ${REASON:-the program was ended, exit status $STATUS}\"",
         "  exit 1",
         "fi",

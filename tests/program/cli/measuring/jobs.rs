@@ -65,6 +65,11 @@ fn a_job_s_tasks_make_what_one_piece_makes_and_say_how_they_fail() {
         assert!(ended.status.success(), "{ended:?}");
         assert!(String::from_utf8_lossy(&ended.stdout).contains("openjd_progress: 100"));
     }
+    // What is wrong with a command line, and not the usage below it.
+    let ended = task(&folder, &["Parts", "9"]);
+    let said = String::from_utf8_lossy(&ended.stdout).into_owned();
+    let failed = said.lines().find_map(|line| line.strip_prefix("openjd_fail: ")).unwrap();
+    assert!(failed.contains("9/3") && !failed.contains("--help"), "{said}");
     let ended = task(&folder, &["Merge"]);
     assert!(!ended.status.success());
     let said = String::from_utf8_lossy(&ended.stdout).into_owned();
