@@ -4,6 +4,7 @@
 pub mod agreement;
 pub mod clouds;
 pub mod evaluated_light;
+pub mod gaussians;
 pub mod gi;
 pub mod materials;
 pub mod measure;

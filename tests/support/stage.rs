@@ -155,15 +155,16 @@ pub fn engine_with(gpu: &GpuOptions, options: &EngineOptions) -> Engine {
     Engine::new(gpu, &options).expect("the host's shaders compose")
 }
 
-/// The folder that cargo puts libraries and programs of this build into.
+/// The folder that cargo puts libraries and programs of this build into: that of this program, or of a test the one above.
 ///
 /// # Panics
-/// Where the test program was moved out of it.
+/// Where the program was moved out of it.
 #[must_use]
 pub fn build_folder() -> PathBuf {
-    let test = std::env::current_exe().expect("the test has a path");
-    let deps = test.parent().expect("the test lies in a folder");
-    deps.parent().expect("which lies in the build folder").to_owned()
+    let program = std::env::current_exe().expect("the program has a path");
+    let folder = program.parent().expect("the program lies in a folder");
+    let above = folder.parent().filter(|_| folder.ends_with("deps"));
+    above.unwrap_or(folder).to_owned()
 }
 
 /// A unit of a plugin library of this build.

@@ -9,10 +9,11 @@ mod extremes;
 mod hostile_footprints;
 mod per_pixel;
 mod quads;
-mod reference;
 mod refused;
 mod same;
 mod scripted;
 mod stage;
 mod together;
 mod ways;
+
+pub(crate) use surfelshop_tests::gaussians::reference;

@@ -104,6 +104,9 @@ const ONE: &str = "
         s.payload = array(vec4(1.0), vec4(1.0), vec4(1.0), vec4(1.0));
         return s;
     }
+    fn same(p: splat::Pixel) -> splat::Fragment {
+        return splat::Fragment(p.opacity, p.payload);
+    }
 ";
 
 /// A pass of so many of them.

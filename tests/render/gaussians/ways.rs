@@ -5,10 +5,12 @@
 
 use super::agreement::{at, views};
 use super::reference::{self, How, Kind, Pixel};
+use super::scripted::{SIZE, drawn, one};
 use super::stage::{self, Gaussians};
 use surfelshop_api::View;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
+use surfelshop_api::prelude::*;
 use surfelshop_render::{EngineOptions, GpuOptions, Rendered, SurfelDrawing};
 use surfelshop_tests::stage::{each_way, engine, engine_with};
 
@@ -58,6 +60,38 @@ fn chance_falls_alike_in_all_ways() {
                 assert!(over(1e-5) * 400 < off.len(), "{line}");
             }
         }
+    }
+}
+
+/// Software drivers end loops after so many iterations; a third of these are as many. Costs 2 s.
+///
+/// Invariant: lists of splats that are longer than a driver's loops are gone through to their end
+#[test]
+fn long_lists_are_gone_through_to_their_end() {
+    let cases = [(Composition::Additive, 200_000), (Composition::Stochastic { samples: 64 }, 3000)];
+    for ((composition, n), is_per_pixel) in cases.into_iter().flat_map(|c| [(c, false), (c, true)])
+    {
+        each_way(|| {
+            let frame = drawn(&mut engine(), &[], move |_, graph| {
+                let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
+                let pass = one("splats", n).composed(composition).target(sums);
+                graph.pass(if is_per_pixel { pass.per_pixel("same") } else { pass });
+                graph.output(Output::Color, sums);
+            });
+            let sums = stage::pixels(&frame.unwrap(), &Output::Color);
+            let middle = sums[(SIZE * SIZE / 2 + SIZE / 2) as usize];
+            // At half a pixel from the middle in both directions; no opacity is above 0.99.
+            let opacity = 0.99f64.min((-0.5 * 0.1 * 0.5f64).exp());
+            let expected = match composition {
+                Composition::Additive => n as f64 * opacity,
+                _ => 1.0,
+            };
+            // Sums of so many equal numbers in f32 are off by less.
+            assert!(
+                (f64::from(middle[0]) / expected - 1.0).abs() < 0.01,
+                "{composition:?}, function of pixels {is_per_pixel}: {middle:?}, expected {expected}"
+            );
+        });
     }
 }
 

@@ -1,7 +1,7 @@
 //! From bare points to a surface: time and memory, normals against truth, and discs against the mesh.
 //!
 //! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`, `surface gaussians COUNT OUT.ply`,
-//! `surface gaussian-reading FILE.ply [ROUNDS]`,
+//! `surface gaussian-reading FILE.ply [ROUNDS]`, `surface gaussian-truth FILE...`,
 //! `surface strokes [SURFELS…]`, `surface occlusion PYRAMID…`, `surface sampled PYRAMID OUT`, `surface pictures FOLDER SCAN…` and
 //! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
@@ -10,6 +10,7 @@ mod city;
 mod cloud;
 mod discs;
 mod gaussian_reading;
+mod gaussian_truth;
 mod gaussians;
 mod meshes;
 mod normals;
@@ -27,7 +28,8 @@ surface sides [FOLDER]               which side normals face; dumps the clouds t
 surface radii [MESH...]              holes and overshoot of discs
 surface city FOLDER MILLIONS [FILES] a made city for pyramids
 surface gaussians COUNT OUT.ply      made Gaussian splats
-surface gaussian-reading FILE [ROUNDS]
+surface gaussian-reading FILE [ROUNDS]  what Gaussians cost a reader
+surface gaussian-truth FILE...       pictures of Gaussians against a plain renderer in f64
 surface occlusion PYRAMID...         ambient occlusion of pyramids against rays
 surface sampled PYRAMID OUT          a pyramid of chosen surfels in the place of merged ones
 surface strokes [SURFELS...]          a brush of 5,000 surfels over clouds
@@ -50,6 +52,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         "city" => city::run(rest),
         "gaussians" => gaussians::run(rest),
         "gaussian-reading" => gaussian_reading::run(rest),
+        "gaussian-truth" => gaussian_truth::run(rest),
         "occlusion" => occlusion::run(rest),
         "sampled" => sampled::run(rest),
         "sides" => sides::run(rest.first()),
@@ -63,7 +66,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         }
         other => {
             anyhow::bail!(
-                "expected speed, normals, sides, radii, city, gaussians, gaussian-reading, occlusion, sampled, dump or pictures, found `{other}`"
+                "expected speed, normals, sides, radii, city, gaussians, gaussian-reading, gaussian-truth, occlusion, sampled, dump or pictures, found `{other}`"
             )
         }
     }

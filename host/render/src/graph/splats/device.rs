@@ -24,7 +24,13 @@ const NOTHING: u32 = u32::MAX;
 /// Invocations of a workgroup that goes over splats or entries.
 const GROUP: u32 = 256;
 
-/// Puts splats together; `false` where there are more of them than the device binds at once.
+/// Splats of a tile's list, over all rounds, that software drivers go through: llvmpipe ends the loops of an invocation
+/// without a word after 65,535 iterations of all of them together.
+///
+/// Source: Mesa, `LP_MAX_TGSI_LOOP_ITERATIONS` of `gallivm`.
+const MOST_ITERATIONS: u64 = 65_000;
+
+/// Puts splats together; `false` where there are more of them than the device binds at once, or goes through for a pixel.
 ///
 /// # Errors
 /// Where a pipeline cannot be made or the device fails.
@@ -218,7 +224,8 @@ impl<'a, 'g> Device<'a, 'g> {
         Ok((pairs.len() as u32, numbers))
     }
 
-    /// Lists splats by the tiles that they touch: numbers of splats, tile by tile; `None` where they are too many.
+    /// Lists splats by the tiles that they touch: numbers of splats, tile by tile; `None` where they are too many, in all
+    /// or of a tile.
     fn lists(
         &mut self,
         made: &Made,
@@ -278,6 +285,18 @@ impl<'a, 'g> Device<'a, 'g> {
                 groups_of(total, GROUP),
                 &[("params", &params), ("entry_tiles", &entries.keys[sorted]), ("ranges", ranges)],
             )?;
+        }
+        if self.gpu().is_software() {
+            let ranges = self.read(ranges, 0, 2 * view.across * view.down)?;
+            let longest = ranges.as_chunks::<2>().0.iter().map(|[first, end]| end - first).max();
+            let rounds = match composition {
+                Composition::Stochastic { samples } => samples,
+                Composition::Normalized { .. } => 2,
+                _ => 1,
+            };
+            if (u64::from(longest.unwrap_or(0)) + 1) * u64::from(rounds) > MOST_ITERATIONS {
+                return Ok(None);
+            }
         }
         Ok(Some(entries.values[sorted].clone()))
     }

@@ -78,12 +78,16 @@ pub(super) fn draw(
             device::compose(splats, variables, &made, per_pixel, recorder, pipelines, scratch)
         }
     };
-    let composed = match composed {
+    let composed = match (composed, drawing) {
         // Depths, which not every device blends.
-        Ok(false) if per_pixel.is_some() && drawing == SplatDrawing::Quads && lists => {
+        (Ok(false), SplatDrawing::Quads) if per_pixel.is_some() && lists => {
             device::compose(splats, variables, &made, per_pixel, recorder, pipelines, scratch)
         }
-        composed => composed,
+        // Lists that are too long.
+        (Ok(false), SplatDrawing::Lists) if per_pixel.is_some() => {
+            quads::compose(splats, variables, &made, recorder, pipelines, scratch)
+        }
+        (composed, _) => composed,
     };
     // The CPU can, however many there are.
     let drawn = composed.and_then(|composed| match (composed, &splats.per_pixel) {

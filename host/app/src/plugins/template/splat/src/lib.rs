@@ -64,10 +64,17 @@ impl Renderer for {{Name}} {
             .target(sums),
         );
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        // A compute pass, since not every device draws into 32-bit floats.
+        let per_pixel = Groups::PerPixel { divisor: 1 };
         graph.pass(
-            Pass::fullscreen("resolve", include_str!("resolve.wgsl"), "resolve")
-                .bind("sums", sums)
-                .target(color),
+            Pass::compute(
+                "resolve",
+                include_str!("resolve.wgsl"),
+                "resolve",
+                per_pixel,
+            )
+            .bind("sums", sums)
+            .bind("color", color),
         );
         // Depth and normals are the host's, of surfels as discs. A graph that draws clouds in their
         // place says `graph.take(&all)`, and offers outputs of its own.

@@ -7,7 +7,7 @@
 //! C, and the program's limit of 1.3 half pictures on slants; Zwicker et al. 2001, "EWA Volume Splatting", the Jacobian;
 //! Yu et al. 2024, "Mip-Splatting", equation 10; Huang et al. 2024, "2D Gaussian Splatting", equations 4 to 13.
 
-use super::stage::Gaussians;
+use super::Gaussians;
 use glam::{DMat2, DMat3, DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -15,16 +15,22 @@ use surfelshop_api::{Projection, View};
 
 /// What is drawn of each Gaussian.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
-    /// Projected; so many square pixels are added, and whether the sum of opacities is kept.
-    Space { low_pass: f64, keeps_sum: bool },
+pub enum Kind {
+    /// Projected.
+    Space {
+        /// Square pixels that are added.
+        low_pass: f64,
+        /// Whether the sum of opacities is kept.
+        keeps_sum: bool,
+    },
     /// Met by rays.
     Plane,
 }
 
 /// How those of a pixel are put together.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum How {
+pub enum How {
+    /// Each over those behind it.
     Over,
     /// The mean of those that are at most this share of its distance off the nearest that is half opaque.
     Mean(f64),
@@ -32,20 +38,23 @@ pub(crate) enum How {
 
 /// What a pixel shows.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Pixel {
+pub struct Pixel {
     /// Linear light, and coverage.
-    pub(crate) color: [f64; 4],
-    pub(crate) normal: DVec3,
-    pub(crate) expected: f64,
-    pub(crate) median: f64,
+    pub color: [f64; 4],
+    /// Of unit length where there is any.
+    pub normal: DVec3,
+    /// The mean distance, scene units.
+    pub expected: f64,
+    /// The distance of what keeps off the second half of the light, scene units.
+    pub median: f64,
     /// How near the light that is let through comes to a half, behind any splat.
-    pub(crate) to_half: f64,
+    pub to_half: f64,
     /// How far splats lie apart.
-    pub(crate) distortion: f64,
+    pub distortion: f64,
     /// Splats, each as much as those before it let through: what rounds in blending from far to near.
-    pub(crate) layers: f64,
+    pub layers: f64,
     /// The largest number of a colour.
-    pub(crate) brightest: f64,
+    pub brightest: f64,
 }
 
 struct Splat {
@@ -144,7 +153,7 @@ fn legendre(l: i32, m: i32, z: f64) -> f64 {
 }
 
 /// A real spherical harmonic, orthonormal, without the Condon-Shortley sign.
-pub(crate) fn harmonic(l: i32, m: i32, d: DVec3) -> f64 {
+pub fn harmonic(l: i32, m: i32, d: DVec3) -> f64 {
     let n = m.abs();
     let factorial = |k: i32| (1..=k).map(f64::from).product::<f64>();
     let norm = f64::from(2 * l + 1) / (4.0 * PI) * factorial(l - n) / factorial(l + n);
@@ -318,18 +327,12 @@ fn shown(splats: &[Splat], eye: &Eye, px: DVec2, how: How) -> Pixel {
 }
 
 /// The picture, row by row from the top.
-pub(crate) fn draw(all: &Gaussians, view: &View, kind: Kind, order: usize) -> Vec<Pixel> {
+pub fn draw(all: &Gaussians, view: &View, kind: Kind, order: usize) -> Vec<Pixel> {
     draw_as(all, view, kind, order, How::Over)
 }
 
 /// The same, put together in this way.
-pub(crate) fn draw_as(
-    all: &Gaussians,
-    view: &View,
-    kind: Kind,
-    order: usize,
-    how: How,
-) -> Vec<Pixel> {
+pub fn draw_as(all: &Gaussians, view: &View, kind: Kind, order: usize, how: How) -> Vec<Pixel> {
     let eye = Eye::new(view);
     let of = |i| Splat::new(all, i, &eye, kind, order);
     let mut splats: Vec<Splat> = (0..all.len()).into_par_iter().filter_map(of).collect();
@@ -343,6 +346,6 @@ pub(crate) fn draw_as(
 }
 
 /// Colours of a picture.
-pub(crate) fn colors(pixels: &[Pixel]) -> Vec<[f64; 4]> {
+pub fn colors(pixels: &[Pixel]) -> Vec<[f64; 4]> {
     pixels.iter().map(|pixel| pixel.color).collect()
 }
