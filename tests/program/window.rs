@@ -1,217 +1,19 @@
 //! The window on a screen: the real program under Xvfb, used with mouse and keys.
 
 #![cfg(target_os = "linux")]
-use image::RgbImage;
 use image::imageops::{FilterType, resize};
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::ffi::OsStr;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::process::Command;
 use std::time::{Duration, Instant};
+use surfelshop_tests::screen::{PATIENCE, Program, Screen};
 use surfelshop_tests::stage::build_folder;
 
 const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sample.ply");
 
-/// Far more than any step takes on a busy machine: a test that waits this long has failed.
-const PATIENCE: Duration = Duration::from_secs(120);
-
 /// The screen's size, pixels.
 const SCREEN: [u32; 2] = [1280, 800];
-
-/// A screen without a monitor.
-struct Screen {
-    server: Child,
-    display: String,
-}
-
-impl Screen {
-    fn start() -> Self {
-        let [width, height] = SCREEN;
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-nolisten", "tcp", "-screen", "0"])
-            .arg(format!("{width}x{height}x24"))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("Xvfb starts; `cargo verify` installs it");
-        let mut number = String::new();
-        BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
-        Self { server, display: format!(":{}", number.trim()) }
-    }
-
-    fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
-        let mut command = Command::new(program);
-        command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY");
-        command
-    }
-
-    fn xdotool(&self, line: &str) {
-        let status = self.command("xdotool").args(line.split(' ')).status().unwrap();
-        assert!(status.success(), "xdotool {line}");
-    }
-
-    /// What the screen shows.
-    fn picture(&self) -> RgbImage {
-        let dump = self.command("xwd").args(["-root", "-silent"]).output().unwrap();
-        assert!(dump.status.success());
-        let bytes = dump.stdout;
-        let number = |i: usize| {
-            u32::from_be_bytes([bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]])
-        };
-        // Fields of the X window dump, version 7: header, width, height, bits, row, colours.
-        let (header, width, height) = (number(0) as usize, number(4), number(5));
-        let (bits, row, n_colors) = (number(11), number(12) as usize, number(19) as usize);
-        assert_eq!((width, height, bits), (SCREEN[0], SCREEN[1], 32));
-        let first = header + 12 * n_colors;
-        RgbImage::from_fn(width, height, |x, y| {
-            let at = first + y as usize * row + 4 * x as usize;
-            image::Rgb([bytes[at + 2], bytes[at + 1], bytes[at]])
-        })
-    }
-}
-
-impl Drop for Screen {
-    fn drop(&mut self) {
-        drop(self.server.kill());
-        drop(self.server.wait());
-    }
-}
-
-/// The program in its window.
-struct Program<'a> {
-    screen: &'a Screen,
-    child: Child,
-    lines: Receiver<String>,
-    seen: Vec<String>,
-}
-
-impl<'a> Program<'a> {
-    fn start(screen: &'a Screen, scene: &Path, state: &Path) -> Self {
-        Self::start_with(screen, scene, state, &[])
-    }
-
-    fn start_with(screen: &'a Screen, scene: &Path, state: &Path, options: &[&str]) -> Self {
-        let mut child = screen
-            .command(build_folder().join("surfelshop"))
-            .args(options)
-            .arg(scene)
-            .env("XDG_STATE_HOME", state)
-            .env("XDG_CONFIG_HOME", state)
-            .env("XDG_CACHE_HOME", state)
-            .env("XDG_RUNTIME_DIR", state)
-            .env("XDG_DATA_HOME", state)
-            .env_remove("DBUS_SESSION_BUS_ADDRESS")
-            .env("NODEVICE_SELECT", "1")
-            .env("SURFELSHOP_LOG", "off,surfelshop=debug")
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("`cargo verify` builds the program");
-        let (send, lines) = channel();
-        let stderr = BufReader::new(child.stderr.take().unwrap());
-        std::thread::spawn(move || {
-            for line in stderr.lines().map_while(Result::ok) {
-                if send.send(line).is_err() {
-                    return;
-                }
-            }
-        });
-        Self { screen, child, lines, seen: Vec::new() }
-    }
-
-    /// Waits for a new picture in full detail, of a pane by a renderer.
-    #[track_caller]
-    fn picture(&mut self, pane: u32, renderer: &str) {
-        let (pane, renderer) = (format!("pane={pane}"), format!("renderer=\"{renderer}\""));
-        self.said(&[&pane, &renderer, "full detail"]);
-    }
-
-    /// Waits for a line with all of these words.
-    #[track_caller]
-    fn said(&mut self, words: &[&str]) {
-        let is_said = self.says(words, PATIENCE);
-        assert!(is_said, "no {words:?}; so far:\n{}", self.seen.join("\n"));
-    }
-
-    /// Whether a line with all of these words comes within this time.
-    #[track_caller]
-    fn says(&mut self, words: &[&str], within: Duration) -> bool {
-        let started = Instant::now();
-        loop {
-            let line = self.lines.recv_timeout(Duration::from_millis(200)).unwrap_or_default();
-            let line = plain(&line);
-            if !line.is_empty() {
-                self.seen.push(line.clone());
-            }
-            if words.iter().all(|word| line.contains(*word)) {
-                return true;
-            }
-            let seen = self.seen.join("\n");
-            assert!(self.child.try_wait().unwrap().is_none(), "the program ended:\n{seen}");
-            if started.elapsed() > within {
-                return false;
-            }
-        }
-    }
-
-    /// Drags until a picture follows. On a busy machine press, moves and release can arrive in one frame of
-    /// the window, which are a click.
-    #[track_caller]
-    fn drag_to_picture(&mut self, from: [i32; 2], to: [i32; 2], renderer: &str) {
-        let renderer = format!("renderer=\"{renderer}\"");
-        let words = ["pane=0", renderer.as_str(), "full detail"];
-        let mut tries = 0..6;
-        while tries.next().is_some() {
-            self.drag(from, to);
-            if self.says(&words, Duration::from_secs(15)) {
-                return;
-            }
-        }
-        panic!("no picture follows a drag; so far:\n{}", self.seen.join("\n"));
-    }
-
-    /// Waits for the end, with exit code 0.
-    #[track_caller]
-    fn ends_well(&mut self) {
-        let started = Instant::now();
-        let status = loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                break status;
-            }
-            assert!(started.elapsed() < PATIENCE, "the program does not end");
-            std::thread::sleep(Duration::from_millis(20));
-        };
-        assert!(status.success(), "{status}");
-    }
-
-    fn key(&self, keys: &str) {
-        self.screen.xdotool(&format!("key {keys}"));
-    }
-
-    fn drag(&self, [x0, y0]: [i32; 2], [x1, y1]: [i32; 2]) {
-        self.screen.xdotool(&format!("mousemove {x0} {y0} mousedown 1"));
-        for step in 1..=6 {
-            let (x, y) = (x0 + (x1 - x0) * step / 6, y0 + (y1 - y0) * step / 6);
-            self.screen.xdotool(&format!("mousemove {x} {y}"));
-            std::thread::sleep(Duration::from_millis(40));
-        }
-        self.screen.xdotool("mouseup 1");
-    }
-}
-
-impl Drop for Program<'_> {
-    fn drop(&mut self) {
-        drop(self.child.kill());
-        drop(self.child.wait());
-    }
-}
-
-/// A line of the log without colours.
-fn plain(line: &str) -> String {
-    let mut parts = line.split('\u{1b}');
-    let first = parts.next().unwrap_or_default().to_owned();
-    parts.fold(first, |text, part| text + part.split_once('m').map_or("", |(_, rest)| rest))
-}
 
 fn golden(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("golden").join(format!("{name}.png"))
@@ -262,7 +64,7 @@ fn a_session_with_mouse_and_keys() {
     let sample = Path::new(SAMPLE).canonicalize().unwrap();
     std::fs::write(&scene, format!("format = 1\n[[clouds]]\npath = '{}'\n", sample.display()))
         .unwrap();
-    let screen = Screen::start();
+    let screen = Screen::start(SCREEN);
     let mut program = Program::start(&screen, &scene, folder.path());
     program.picture(0, "ewa-phong");
     // Without a window manager nobody gives the keyboard to the window.
@@ -319,9 +121,10 @@ fn a_request_to_end_closes_the_window_and_is_no_crash() {
     let library = format!("{}faulty{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let library = build_folder().join("examples").join(library);
     assert!(library.is_file(), "{} is not built; `cargo verify` builds it", library.display());
-    let screen = Screen::start();
-    let options = ["--patience", "100", "--trust", "--plugin", library.to_str().unwrap()];
-    let mut program = Program::start_with(&screen, &scene, folder.path(), &options);
+    let screen = Screen::start(SCREEN);
+    let mut arguments = ["--patience", "100", "--trust", "--plugin"].map(OsStr::new).to_vec();
+    arguments.extend([library.as_os_str(), scene.as_os_str()]);
+    let mut program = Program::start_with(&screen, &arguments, folder.path(), &[]);
     // The renderer is at its first picture once its mark stands.
     let marks = folder.path().join("surfelshop/at-work");
     let n_marks = || marks.read_dir().map_or(0, Iterator::count);
@@ -354,7 +157,7 @@ fn without_a_desktop_files_are_chosen_in_a_dialog_of_the_programs_own() {
     // What is wrong with it is said once, however often the list is read.
     std::fs::create_dir(folder.path().join("surfelshop")).unwrap();
     std::fs::write(folder.path().join("surfelshop/trust.toml"), "no list").unwrap();
-    let screen = Screen::start();
+    let screen = Screen::start(SCREEN);
     let mut program = Program::start(&screen, &first, folder.path());
     program.picture(0, "ewa-phong");
     screen.xdotool("search --sync --onlyvisible --name Surfelshop windowfocus");

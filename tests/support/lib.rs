@@ -13,6 +13,7 @@ pub mod occlusion;
 pub mod precision;
 pub mod procedural;
 pub mod recording_host;
+pub mod screen;
 pub mod splats;
 pub mod stage;
 pub mod twin;

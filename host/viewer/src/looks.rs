@@ -72,6 +72,32 @@ impl Window {
         }
     }
 
+    /// Whether the focused view is shown in a look, by what sets it apart from the others.
+    pub(crate) fn has_look(&self, look: Look) -> bool {
+        let settings = &self.settings;
+        let renderer = settings.pane(self.views.focused).map(|pane| pane.renderers[0].as_str());
+        let around = settings.environment.as_ref().map(|around| &around.source);
+        let is_colored = |color: [u8; 3]| settings.color.by == ColorBy::Uniform(color);
+        let is_usual = renderer == Some(USUAL_RENDERER) && around.is_none();
+        let is_natural = |source| renderer == Some(NATURAL) && around == Some(&source);
+        let lights = &settings.scene.lights;
+        let is_lit_as_usual = *lights == Scene::default().lights;
+        if settings.splats.look != Shape::Surface {
+            return look == Look::Points && is_usual && *lights == lights::even();
+        }
+        match look {
+            Look::Headlight => {
+                let is_other = is_colored(CLAY) || is_colored(WHITE);
+                is_usual && is_lit_as_usual && !is_other
+            }
+            Look::Studio => is_natural(ProbeSource::Studio),
+            Look::Sunlight => is_natural(ProbeSource::Sky),
+            Look::Clay => is_usual && is_lit_as_usual && is_colored(CLAY),
+            Look::AmbientOcclusion => is_usual && lights.is_empty() && is_colored(WHITE),
+            Look::Points => false,
+        }
+    }
+
     fn natural(&mut self, source: ProbeSource) {
         set_environment_map(self, source);
         self.settings.tone_map = ToneMap::Neutral;

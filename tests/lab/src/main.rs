@@ -25,10 +25,11 @@ mod splat_edges;
 mod splat_pictures;
 mod splats;
 mod surface;
+mod window;
 
 type Run = fn() -> anyhow::Result<()>;
 
-const PROGRAMS: [(&str, Run); 21] = [
+const PROGRAMS: [(&str, Run); 22] = [
     ("agreement", agreement::run),
     ("ambient_occlusion", ambient_occlusion::run),
     ("boundary", boundary::run),
@@ -50,6 +51,7 @@ const PROGRAMS: [(&str, Run); 21] = [
     ("splats", splats::run),
     ("surface", surface::run),
     ("ways", boundary::ways::run),
+    ("window", window::run),
 ];
 
 fn main() -> anyhow::Result<()> {

@@ -1,9 +1,10 @@
-//! The command palette: commands, tools, renderers and recent files are found by words.
+//! The command palette: commands, tools, renderers, what colours surfels, and recent files are found by words.
 
 use super::command::{Command, Menu, run, shortcuts, why_not};
 use super::search::score;
 use super::table::COMMANDS;
 use crate::dialogs::{DialogPurpose, files};
+use crate::panels::color_choices;
 use crate::plugins::tool_window;
 use crate::theme::{Icon, icon_text, space, tokens};
 use crate::window::Window;
@@ -13,6 +14,7 @@ use eframe::egui::{
 };
 use std::path::PathBuf;
 use surfelshop_api::UnitKind;
+use surfelshop_cloud::display::{ColorBy, ColorSource};
 
 const WIDTH: f32 = 560.0;
 const ROW: f32 = 28.0;
@@ -23,6 +25,7 @@ pub(crate) enum Action {
     Command(&'static Command),
     Tool(String),
     Renderer(String),
+    Color(ColorBy),
     SaveCloud(usize),
     OpenFile(PathBuf),
 }
@@ -66,7 +69,13 @@ pub(crate) fn entries(window: &Window) -> Vec<Entry> {
         let about = "Draws the focused view by this renderer.".to_owned();
         entry(Icon::Layers, format!("Renderer {name}"), about, "renderer", Action::Renderer(name))
     });
-    let clouds = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
+    let open = window.document.clouds.iter();
+    let colors = open.clone().flat_map(|shown| color_choices(&shown.open_clouds.clouds));
+    let colors = colors.map(|(name, by)| {
+        let about = "Colours the surfels of all clouds.".to_owned();
+        entry(Icon::Palette, format!("Colour by {name}"), about, "colour", Action::Color(by))
+    });
+    let clouds = open.flat_map(|shown| shown.open_clouds.all());
     let clouds = clouds.enumerate().map(|(i, cloud)| {
         let name = format!("Save cloud {} as …", cloud.name());
         entry(Icon::FileDown, name, String::new(), "cloud", Action::SaveCloud(i))
@@ -76,7 +85,7 @@ pub(crate) fn entries(window: &Window) -> Vec<Entry> {
         let about = path.display().to_string();
         entry(Icon::FileBox, format!("Open {name}"), about, "file", Action::OpenFile(path.clone()))
     });
-    commands.chain(tools).chain(renderers).chain(clouds).chain(recent).collect()
+    commands.chain(tools).chain(renderers).chain(colors).chain(clouds).chain(recent).collect()
 }
 
 /// What a command is called outside its menu.
@@ -209,6 +218,7 @@ fn act(window: &mut Window, ctx: &Context, action: Action) {
                 pane.renderers[0] = name;
             }
         }
+        Action::Color(by) => window.settings.color = ColorSource::new(by),
         Action::SaveCloud(index) => files::open(window, ctx, DialogPurpose::SaveCloud(index)),
         Action::OpenFile(path) => window.open(ctx, vec![path]),
     }

@@ -18,5 +18,6 @@ pub(crate) mod status;
 pub(crate) mod windows;
 
 pub(crate) use outliner::Dragged;
+pub(crate) use properties::color_choices;
 pub(crate) use selection::Selection;
 pub(crate) use state::Panels;

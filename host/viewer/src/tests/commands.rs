@@ -7,6 +7,7 @@ use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
 use glam::DVec3;
 use surfelshop_api::Projection;
+use surfelshop_cloud::display::{Attribute, ColorBy};
 use surfelshop_cloud::scene::Axis;
 use surfelshop_session::options::{DeviceArguments, UpAxis};
 
@@ -75,6 +76,24 @@ fn a_command_is_found_by_words_and_run_by_keyboard_alone() {
 }
 
 #[test]
+fn the_palette_colours_by_what_clouds_have() {
+    let mut screen = Screen::sample();
+    screen.harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
+    screen.frames();
+    screen.harness.get_by_label("Search commands").type_text("colour height");
+    screen.frames();
+    screen.harness.key_press(Key::Enter);
+    screen.frames();
+    let by = screen.window().settings.color.by.clone();
+    assert_eq!(by, ColorBy::Attribute(Attribute::Height));
+    screen.settle();
+    assert!(screen.window().legend().is_some(), "heights have a legend");
+    // A change as any other.
+    run(&mut screen, "undo");
+    assert_eq!(screen.window().settings.color.by, ColorBy::File);
+}
+
+#[test]
 fn help_opens_by_f1_and_by_the_question_mark_and_closes_by_escape() {
     let mut screen = empty();
     for key in [Key::F1, Key::Questionmark] {
@@ -134,12 +153,23 @@ fn a_camera_arrives_after_a_moment_and_a_user_stops_it() {
 }
 
 #[test]
-fn looks_are_one_step_of_undo_each() {
+fn looks_are_one_step_of_undo_each_and_the_menu_marks_the_one_that_is_shown() {
     let mut screen = Screen::sample();
     let before = screen.window().settings.clone();
+    let marked = |screen: &mut Screen| -> Vec<&str> {
+        let mut marked = Vec::new();
+        for command in COMMANDS.iter().filter(|command| command.id.starts_with("look-")) {
+            if command.is_on.is_some_and(|is_on| is_on(screen.window())) {
+                marked.push(command.id);
+            }
+        }
+        marked
+    };
+    assert_eq!(marked(&mut screen), ["look-headlight"]);
     for id in ["look-studio", "look-sunlight", "look-clay", "look-points"] {
         run(&mut screen, id);
         assert_ne!(screen.window().settings, before, "{id}");
+        assert_eq!(marked(&mut screen), [id]);
         screen.settle();
         screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         screen.until("the former look", |window| window.settings == before);

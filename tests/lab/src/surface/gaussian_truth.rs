@@ -28,6 +28,10 @@ pub(super) fn run(files: &[String]) -> anyhow::Result<()> {
     );
     println!("|---|---|---|---|---|---|---|---|");
     let folder = tempfile::tempdir()?;
+    let mut engines = WAYS.map(|surfels| {
+        let options = EngineOptions { surfels, ..EngineOptions::default() };
+        (surfels, engine_with(&GpuOptions::default(), &options))
+    });
     for file in files {
         let ply = as_ply(Path::new(file), folder.path())?;
         let loaded = surfelshop_cloud::read(&ply, &ReadOptions::default())?;
@@ -37,20 +41,12 @@ pub(super) fn run(files: &[String]) -> anyhow::Result<()> {
             for (unit, kind) in [("gaussians", space), ("gaussians-2d", Kind::Plane)] {
                 let truth: Vec<Pixel> = draw(&all, &view, kind, 3);
                 let expected: Vec<[f64; 4]> = truth.iter().map(|pixel| pixel.color).collect();
-                for way in WAYS {
-                    let options = EngineOptions { surfels: way, ..EngineOptions::default() };
-                    let mut engine = engine_with(&GpuOptions::default(), &options);
-                    let mut renderer = gaussians::renderer(&engine, unit);
+                for (way, engine) in &mut engines {
+                    let mut renderer = gaussians::renderer(engine, unit);
                     let (clouds, outputs) = ([&loaded.cloud], [Output::Color]);
                     let values = Values::default();
-                    let frame = gaussians::frame(
-                        &mut engine,
-                        &mut renderer,
-                        &clouds,
-                        view,
-                        &values,
-                        &outputs,
-                    )?;
+                    let frame =
+                        gaussians::frame(engine, &mut renderer, &clouds, view, &values, &outputs)?;
                     let [color, coverage] =
                         gaussians::decibels(&gaussians::pixels(&frame, &Output::Color), &expected);
                     println!(

@@ -17,6 +17,7 @@ mod renderer;
 mod surface;
 
 pub(super) use cloud::facts;
+pub(crate) use colors::choices as color_choices;
 pub(super) use light::light_name;
 
 use super::Selection;

@@ -55,8 +55,8 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     }
 }
 
-/// The choice of what colours surfels, of what the clouds have.
-fn source(ui: &mut Ui, color: &mut ColorSource, clouds: &Clouds) {
+/// What can colour surfels, of what the clouds have, and what it is called.
+pub(crate) fn choices(clouds: &Clouds) -> Vec<(String, ColorBy)> {
     let columns = &clouds.facts.columns;
     let has = |name: &str| columns.iter().any(|column| column == name);
     let own = if has(COLOR) { "their own colours" } else { "none" };
@@ -74,6 +74,12 @@ fn source(ui: &mut Ui, color: &mut ColorSource, clouds: &Clouds) {
         let label = if name == NORMAL { format!("{name} (component)") } else { name.clone() };
         (label, ColorBy::Attribute(attribute))
     }));
+    choices
+}
+
+/// The choice of what colours surfels.
+fn source(ui: &mut Ui, color: &mut ColorSource, clouds: &Clouds) {
+    let choices = choices(clouds);
     let is_same = |a: &ColorBy, b: &ColorBy| match (a, b) {
         (ColorBy::Uniform(_), ColorBy::Uniform(_)) => true,
         (ColorBy::Attribute(a), ColorBy::Attribute(b)) => a.name() == b.name(),
