@@ -342,8 +342,11 @@ fn line(step: &Step, baked: &Baked) -> String {
         let plural = if *n == 1 { "" } else { "s" };
         parts.push(format!("{n} stroke{plural} over {n_concerned} surfels"));
     }
+    let says_all = !done.said.is_empty();
     match done.edited.as_ref().map(|edited| edited.whole) {
         None => parts.push("changed nothing".to_owned()),
+        // Tools that take surfels away say how many.
+        Some(Some(How::Kept)) if says_all => {}
         Some(Some(How::Kept)) => parts.push(format!("kept {n_after} of {n_before} surfels")),
         Some(Some(How::Derived)) => {
             parts.push(format!("made a cloud of {n_after} surfels, given {n_before}"));
@@ -353,16 +356,18 @@ fn line(step: &Step, baked: &Baked) -> String {
         }
         Some(Some(How::Stroked) | None) => {}
     }
-    for NewColumn { name, spread, .. } in columns {
-        parts.push(match spread {
-            Some(Spread { min, max, mean, .. }) => {
-                format!("{name} from {min:.6} to {max:.6}, mean {mean:.6}")
-            }
-            None => name.clone(),
-        });
-    }
-    if !done.said.is_empty() {
+    if says_all {
         parts.push(done.said.clone());
+    }
+    // The range of a vector's numbers says little.
+    for NewColumn { name, spread, components, .. } in columns {
+        match spread {
+            Some(Spread { min, max, mean, .. }) if *components == 1 => {
+                parts.push(format!("{name} from {min:.6} to {max:.6}, mean {mean:.6}"));
+            }
+            _ if says_all => {}
+            _ => parts.push(name.clone()),
+        }
     }
     let cpu = cpu.map_or_else(String::new, |cpu| format!(" ({:.2} s CPU)", cpu.as_secs_f64()));
     let seconds = done.took.as_secs_f64();

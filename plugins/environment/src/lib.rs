@@ -98,7 +98,7 @@ params! {
         shading: Rate { default: Rate::Pixel },
         /// Widen highlights where one pixel shows several normals, so that they do not sparkle.
         antialias: bool { default: true },
-        /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4.
+        /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4. Odd ones above 1 add nothing to diffuse light.
         sh_order: i32 { default: 2, range: 1..=5, quality: true },
         /// Treat a dominant small light, such as the sun, as a light of its own.
         sun: bool { default: true },

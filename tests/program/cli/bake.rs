@@ -238,3 +238,25 @@ fn gaussians_of_surfels_that_close_a_plane_close_it() {
         assert!(thinnest > 230, "{renderer}: {thinnest} of 255");
     }
 }
+
+/// Costs 1 s.
+///
+/// Invariant: what suits a cloud draws it where nobody says a renderer, with what is typed for that
+#[test]
+fn settings_choose_no_renderer_that_does_not_know_them() {
+    let folder = TestFolder::new();
+    folder.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
+    folder.run("bake one.ply -t gaussians -o splats.ply").done();
+    let drawn = |options: &str| {
+        let ended = folder.run(&format!("render splats.ply -o a.png --size 16 {options}"));
+        ended.done().stdout
+    };
+    assert!(drawn("").contains(", gaussians in "), "{}", drawn(""));
+    assert!(drawn("--set blend=additive").contains(", gaussians in "));
+    // It is meant where it knows what is typed.
+    assert!(drawn("--set specular=0").contains(", ewa-phong in "));
+    let refused = folder.run("render splats.ply -o a.png --set wings=2");
+    refused.failed(&["renderer `gaussians` has no parameter `wings`"]);
+    let explained = folder.run("explain splats.ply --size 16 --set order=0").done().stdout;
+    assert!(explained.contains("gaussians"), "{explained}");
+}

@@ -62,6 +62,48 @@ fn targets_that_no_splats_are_drawn_into() {
     );
 }
 
+/// A graph whose splat function has this head and body.
+fn function(head: &'static str, body: &'static str) -> impl Fn(&Frame<Script>, &mut Graph) + Send {
+    let text = format!("#import surfelshop::splat\n\nfn {head} {{\n    {body}\n}}\n");
+    move |_, graph| {
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(Pass::splats("splats", &text, "draw", Footprint::Conic, 1).target(color));
+        graph.output(Output::Color, color);
+    }
+}
+
+/// Costs 0.5 s.
+///
+/// Invariant: a splat or shading function that does not fit is told what is expected, and what is wrong within has a line
+#[test]
+fn functions_that_do_not_fit_or_are_wrong_within() {
+    let cloud = Gaussians::generated(3).cloud();
+    let mut engine = engine();
+    let good = "return splat::conic(vec2(8.0), vec3(0.1, 0.0, 0.1), 1.0);";
+    let fits = "`draw` does not fit; expected `fn draw(i: u32) -> splat::Splat`";
+    let heads = ["draw(i: i32) -> splat::Splat", "draw() -> splat::Splat"];
+    for head in heads {
+        refused(&mut engine, &[&cloud], &["pass `splats`", fits], function(head, good));
+    }
+    let color = function("draw(i: u32) -> vec4<f32>", "return vec4(f32(i));");
+    refused(&mut engine, &[&cloud], &["pass `splats`", fits], color);
+    for body in [
+        "var s = splat::Splat(); s.payload[0] = vec3(1.0); return s;",
+        "var s = splat::Splat(); s.payload[4] = vec4(1.0); return s;",
+    ] {
+        let graph = function("draw(i: u32) -> splat::Splat", body);
+        refused(&mut engine, &[&cloud], &["pass `splats`: line 4: "], graph);
+    }
+    let shading = |_: &Frame<Script>, graph: &mut Graph| {
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        let text = "#import surfelshop::surface::Surface\nfn shade(s: Surface) -> vec3<f32> { return s.normal; }";
+        graph.pass(Pass::shading("shade", text, "shade").target(color));
+        graph.output(Output::Color, color);
+    };
+    let fits = "`shade` does not fit; expected `fn shade(s: Surface) -> vec4<f32>`";
+    refused(&mut engine, &[&cloud], &["pass `shade`", fits], shading);
+}
+
 /// Costs 0.1 s.
 #[test]
 fn numbers_that_no_pass_of_splats_has() {

@@ -195,11 +195,18 @@ impl Splat {
         let turn = DMat3::from_quat(DQuat::from_array(all.rotations[i].map(f64::from)));
         let scale = all.scales[i].map(f64::from);
         let mut opacity = f64::from(all.opacities[i]);
+        // As the shader decides where two are equal.
+        let flattest = match scale {
+            [x, y, z] if x < y.min(z) => 0,
+            [_, y, z] if y < z => 1,
+            _ => 2,
+        };
+        let longest = [(flattest + 1) % 3, (flattest + 2) % 3];
         let shape = match kind {
             Kind::Plane => Shape::Plane {
                 place,
-                axes: [eye.world_to_view * turn.x_axis, eye.world_to_view * turn.y_axis],
-                scale: [scale[0], scale[1]],
+                axes: longest.map(|axis| eye.world_to_view * turn.col(axis)),
+                scale: longest.map(|axis| scale[axis]),
             },
             Kind::Space { low_pass, keeps_sum } => {
                 let stretch = DMat3::from_diagonal(DVec3::from_array(scale));
@@ -220,13 +227,7 @@ impl Splat {
                 Shape::Conic(widened.inverse())
             }
         };
-        let normal = match kind {
-            Kind::Plane => turn.z_axis,
-            Kind::Space { .. } => {
-                let flattest = (0..3).min_by(|&a, &b| scale[a].total_cmp(&scale[b]))?;
-                turn.col(flattest)
-            }
-        };
+        let normal = turn.col(flattest);
         Some(Self {
             distance: -place.z,
             center_px: eye.seen_at(place),

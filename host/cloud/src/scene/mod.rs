@@ -37,5 +37,6 @@ pub use measures::{
     MeasuredRow, Profile, Quantity, QuantityKind, Segment, Units, Volume,
 };
 pub use read::{OpenedScene, is_scene, read, read_bytes};
+pub use source::distance;
 /// A table of TOML, sorted by key.
 pub use toml::Table;

@@ -324,7 +324,8 @@ fn word(text: &str) -> String {
 
 /// How many letters must be inserted, removed or replaced to turn one word into the other; words
 /// far longer than any key are far from all of them.
-fn distance(known: &str, found: &str) -> usize {
+#[must_use]
+pub fn distance(known: &str, found: &str) -> usize {
     if found.len() > 2 * known.len() {
         return usize::MAX / 2;
     }

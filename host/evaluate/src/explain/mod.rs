@@ -34,9 +34,13 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let seen = setup::view_of(opened, &reference);
     let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
     let mut studio = open_studio(arguments, &staging)?;
-    let named = cloud_renderers::named(&inputs.sources);
+    let mut named = cloud_renderers::named(&inputs.sources);
     let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
-    let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
+    let mut first = studio.choose_for(reference, seen.as_ref(), &of_view);
+    let is_said = given.has("renderer") || setup::first_view(opened).is_some();
+    if is_said || arguments.set.is_empty() {
+        first = Ok(first?);
+    }
     let formats = SessionFormats::new(&arguments.plugins);
     let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     let clouds = &displayed.clouds;
@@ -44,6 +48,13 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let chosen_nodes = staging.drawn(clouds, &view)?;
     let drawn = chosen_nodes.with(clouds);
     let infos = &clouds.facts.clouds;
+    let typed = &arguments.set;
+    let mut chosen = match is_said {
+        true => first?,
+        false => render::suited_or(first, typed, &inputs, &registry, infos, &mut named, &studio)?,
+    };
+    let reference = chosen.reference.clone();
+    let of_view = cloud_renderers::settings_of_view(typed, &reference, &named);
     let deal = || cloud_renderers::dealt(&registry, &named, infos);
     studio.share(&mut chosen, deal()?, &arguments.set, infos)?;
     let values = chosen.values.clone();

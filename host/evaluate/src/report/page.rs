@@ -129,9 +129,9 @@ pub(crate) fn write(target: &Target<'_>, swept: &Swept) -> anyhow::Result<()> {
         title: format!("{}: error against time", unit.id),
         notes: vec![
             format!("{what}, against {truth}; {device}."),
-            "Times are medians of runs in turns, the first of each left out. The thick line joins \
-             what nothing beats in both; below the red one, the reference's own noise, no error is \
-             known."
+            "Times are medians of runs in turns; the first of each is left out. On the thick line are the \
+             settings that no other one beats in both time and error. A red line is the noise of the \
+             reference: errors below it are not known."
                 .to_owned(),
         ],
         command: command_line::typed(),

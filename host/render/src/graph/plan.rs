@@ -6,7 +6,7 @@ use crate::graph::alternatives::{Chosen, choose};
 use crate::graph::limits::loop_units;
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Shader};
 use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
-use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
+use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source, unfit};
 use crate::graph::splats::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, splat_source};
 use crate::graph::uniform_layout::UniformLayout;
 use crate::graph::variants::Settings;
@@ -227,7 +227,9 @@ impl Plan {
             Work::Sort(_) | Work::Scan(_) => return self.plan_primitive(pass, gpu, pipelines),
         };
         let needs = defines_of(pass);
-        let shader = pipelines.shader_with(&source, &pass.modules, &needs)?;
+        let shader = pipelines
+            .shader_with(&source, &pass.modules, &needs)
+            .map_err(|message| unfit(pass, &message).unwrap_or(message))?;
         let point = reflect(&shader.composed, stage, &entry).map_err(|error| error.message)?;
         self.check_names(pass, &shader)?;
         let computes = stage == naga::ShaderStage::Compute;

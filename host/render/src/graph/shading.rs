@@ -39,6 +39,30 @@ pub(super) fn check_function(pass: &Pass, function: &str) -> Result<(), String> 
     Err(format!("the shader has no function `{function}`; it has: {list}"))
 }
 
+/// What is wrong with an author's function where a message is of what the host put behind their text, which calls it.
+pub(super) fn unfit(pass: &Pass, message: &str) -> Option<String> {
+    if !is_behind(pass, message) {
+        return None;
+    }
+    let function = &pass.entry;
+    let expected = match &pass.work {
+        Work::Splats(_) => format!("`fn {function}(i: u32) -> splat::Splat`"),
+        Work::Shading { elsewhere: Some(elsewhere), .. } => format!(
+            "`fn {function}(s: Surface) -> vec4<f32>`, and `fn {elsewhere}(pixel: vec2<u32>) -> vec4<f32>`"
+        ),
+        Work::Shading { .. } => format!("`fn {function}(s: Surface) -> vec4<f32>`"),
+        _ => return None,
+    };
+    Some(format!("`{function}` does not fit; expected {expected}"))
+}
+
+/// Whether a message is of what stands behind an author's text.
+pub(super) fn is_behind(pass: &Pass, message: &str) -> bool {
+    let line = message.strip_prefix("line ").and_then(|rest| rest.split(':').next());
+    let line = line.and_then(|line| line.parse::<usize>().ok());
+    line.is_some_and(|line| line > pass.wgsl.lines().count()) || message.contains("'surfelshop_")
+}
+
 /// The author's text with an entry point that calls their function for each covered pixel, or, where
 /// surfels are shaded one by one, shows what was blended of them.
 ///

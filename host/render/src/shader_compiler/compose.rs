@@ -6,6 +6,8 @@
 
 use crate::shader_compiler::directives::{Headed, headed};
 use crate::shader_compiler::numbered::{member_with_digit, numbered};
+pub(crate) use crate::shader_compiler::report::ShaderError;
+use crate::shader_compiler::report::{OWN_FILE, one_line, place_in};
 use crate::shader_compiler::validate::{check_variables, validated};
 use crate::shader_compiler::work_limit::WorkLimit;
 use crate::shader_compiler::{bound_loops, expanded, loops, text};
@@ -13,38 +15,10 @@ use crate::shader_features::ShaderFeature;
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
 };
+use std::collections::HashMap;
 use surfelshop_api::graph::Module;
-use thiserror::Error;
-
-/// Why WGSL was refused.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("{message}")]
-pub(crate) struct ShaderError {
-    /// One line: where and what.
-    pub(crate) message: String,
-}
-
-impl ShaderError {
-    pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into() }
-    }
-
-    /// The same with the name of the file in front whose function it names, where it names one
-    /// without a line.
-    fn in_file(self, modules: &[Module]) -> Self {
-        let named = |module: &&Module| {
-            let function = format!("'{}::", module.path);
-            self.message.contains(&function) && !self.message.contains(&module.file)
-        };
-        match modules.iter().find(named) {
-            Some(module) => Self::new(format!("{}: {}", module.file, self.message)),
-            None => self,
-        }
-    }
-}
 
 /// What the composer calls a pass's own text.
-const OWN_FILE: &str = "shader";
 
 /// A validated module.
 pub(crate) struct Composed {
@@ -209,26 +183,41 @@ impl Library {
         let Headed { text, shifted } = headed(source, needs)?;
         shifted_files.extend(shifted.then_some(OWN_FILE));
         let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
+        let defines: HashMap<String, ShaderDefValue> = defines.collect();
+        let described = || NagaModuleDescriptor {
+            source: &text,
+            file_path: OWN_FILE,
+            shader_defs: defines.clone(),
+            ..Default::default()
+        };
         let composer = &mut self.composer;
-        let composed = composer
-            .make_naga_module(NagaModuleDescriptor {
-                source: &text,
-                file_path: OWN_FILE,
-                shader_defs: defines.collect(),
-                ..Default::default()
-            })
+        let mut module = composer
+            .make_naga_module(described())
             .map_err(|error| one_line(&error.emit_to_string(composer), &shifted_files))?;
-        let mut module = composed;
         restore_names(&mut module);
         number_bindings(&mut module);
+        // The composer knows where what it checks itself stands in the text.
+        let place = |composer: &mut Composer| {
+            let before = std::mem::replace(&mut composer.capabilities, allowed);
+            composer.validate = true;
+            let made = composer.make_naga_module(described());
+            (composer.validate, composer.capabilities) = (false, before);
+            made.err().map(|error| place_in(&error.emit_to_string(composer), &shifted_files))
+        };
+        let located = |error: ShaderError, composer: &mut Composer| {
+            let place = place(composer).unwrap_or_default();
+            ShaderError::new(format!("{place}{}", error.message))
+        };
         if let Some(most) = work {
-            let info = validated(&module, allowed)?;
+            let info =
+                validated(&module, allowed).map_err(|error| located(error, &mut self.composer))?;
             let sizes = expanded::check(&module, &info)?;
             WorkLimit::put(&mut module, [&sizes.functions, &sizes.entries], most);
         } else {
             bound_loops::bound(&mut module);
         }
-        let info = validated(&module, allowed)?;
+        let info =
+            validated(&module, allowed).map_err(|error| located(error, &mut self.composer))?;
         check_variables(&module)?;
         let n_operations = expanded::check(&module, &info)?.largest();
         let n_loops = loops::check(&module, self.max_loops)?;
@@ -303,31 +292,6 @@ pub(super) fn missing_need(message: &str) -> String {
         Some(feature) => format!("; a pass that uses it says so with `.needs(\"{feature}\")`"),
         None => String::new(),
     }
-}
-
-/// The composer's many-line report as one line: `line 3: what (token)`. A line was put before some files.
-fn one_line(report: &str, shifted_files: &[&str]) -> ShaderError {
-    let what = report.lines().next().unwrap_or_default().trim_start_matches("error: ").trim();
-    let place = report
-        .lines()
-        .find_map(|line| line.trim_start().strip_prefix("┌─ "))
-        .and_then(|place| {
-            let (file, line) = place.rsplit_once(':')?.0.rsplit_once(':')?;
-            let above = u32::from(shifted_files.contains(&file));
-            let line = line.parse::<u32>().ok()?.saturating_sub(above);
-            // The pass's own text has no name but the pass's.
-            let file = if file == OWN_FILE { String::new() } else { format!("{file}, ") };
-            Some(format!("{file}line {line}: "))
-        })
-        .unwrap_or_default();
-    let note = report
-        .lines()
-        .find_map(|line| line.trim_start().strip_prefix("= "))
-        .map(str::trim)
-        .filter(|note| !what.contains(note) && !note.contains(what))
-        .map(|note| format!(" ({note})"))
-        .unwrap_or_default();
-    ShaderError::new(format!("{place}{what}{note}"))
 }
 
 /// Turns the composer's decorated names back into `module::name`.

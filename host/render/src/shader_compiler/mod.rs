@@ -9,6 +9,7 @@ mod loops;
 mod members;
 mod numbered;
 mod reflect;
+mod report;
 mod text;
 mod tokens;
 mod validate;

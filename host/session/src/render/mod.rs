@@ -2,10 +2,14 @@
 
 mod arguments;
 pub mod camera_path;
+mod chosen;
+mod columns;
 pub mod path_pictures;
 pub mod traced;
 
 pub use arguments::RenderArguments;
+use chosen::choose_suited;
+pub use chosen::suited_or;
 
 use crate::captured_graph;
 use crate::cloud_renderers;
@@ -72,41 +76,6 @@ impl Timings {
     }
 }
 
-/// Has the renderers that clouds name draw these; and chooses what reads columns that only some clouds have, where
-/// nobody said what draws. A graph that is to be saved has all bytes in it.
-fn choose_suited(
-    arguments: &RenderArguments,
-    given: &ExplicitOptions,
-    inputs: &Inputs,
-    registry: &Registry,
-    clouds: &Clouds,
-    studio: &mut RenderSession,
-    chosen: &mut LoadedRenderer,
-) -> anyhow::Result<()> {
-    // A captured graph is of a scene of then.
-    if arguments.graph.is_some() {
-        return Ok(());
-    }
-    let infos = &clouds.facts.clouds;
-    let mut named = cloud_renderers::named(&inputs.sources);
-    let is_said = given.has("renderer")
-        || !arguments.set.is_empty()
-        || setup::first_view(inputs.opened.as_ref()).is_some();
-    let places: Vec<String> =
-        inputs.sources.iter().map(|source| source.path.display().to_string()).collect();
-    if !is_said && let Some(suited) = cloud_renderers::suit(registry, infos, &mut named, &places) {
-        *chosen = studio.choose_for(suited, None, &[])?;
-    }
-    if arguments.save_graph.is_some() {
-        chosen.view.send_all();
-    }
-    let dealt = cloud_renderers::dealt(registry, &named, infos)?;
-    studio.share(chosen, dealt, &arguments.set, infos)?;
-    let alone = chosen.beside.is_empty() || arguments.save_graph.is_none();
-    ensure!(alone, "--save-graph: {} draw the clouds, and one graph is saved", chosen.ids());
-    Ok(())
-}
-
 /// Loads the renderer of the view, with the parameters that are meant for it.
 fn choose(
     arguments: &RenderArguments,
@@ -150,8 +119,11 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     }
     let mut studio = open_studio(arguments, &registry, &staging, &mut timings)?;
     let loading = Instant::now();
-    let mut chosen =
-        graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen), Ok)?;
+    let is_said = graph.is_some() || given.has("renderer") || setup::first_view(opened).is_some();
+    let mut first = graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen), Ok);
+    if is_said || arguments.set.is_empty() {
+        first = Ok(first?);
+    }
     timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 
@@ -159,7 +131,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let (surroundings, displayed) = opened_scene(arguments, &inputs, &mut staging)?;
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
-    choose_suited(arguments, given, &inputs, &registry, clouds, &mut studio, &mut chosen)?;
+    let mut chosen =
+        choose_suited(arguments, is_said, &inputs, &registry, clouds, &mut studio, first)?;
 
     let scene =
         Drawing { arguments, staging: &staging, clouds, surroundings: surroundings.as_ref() };
@@ -181,6 +154,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let settled = scene.frame(&mut studio, &mut chosen, view)?;
     timings.frames(&settled);
     note(clouds, &staging, &chosen, &settled);
+    columns::note(&chosen, &clouds.facts);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();

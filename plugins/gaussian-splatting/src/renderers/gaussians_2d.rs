@@ -3,7 +3,7 @@
 //! The parameters are those of [`Drawing`](super::Drawing).
 //!
 //! Each Gaussian is a surfel without an edge: the ray of a pixel meets its plane exactly, and depth and normal are
-//! those of the plane. Of a Gaussian in space the third axis is left out, whichever it is.
+//! those of the plane. Of a Gaussian in space the shortest axis is left out.
 //!
 //! The output `debug.distortion` shows how far the Gaussians of a pixel lie apart along its ray.
 //!

@@ -70,6 +70,17 @@ pub(crate) fn may_be_splats<'a>(names: impl Iterator<Item = &'a str> + Clone) ->
     is_named && has(OPACITY)
 }
 
+/// What columns lack to be the Gaussian splats of a trainer, where they have all but one of their kinds.
+fn incomplete<'a>(names: impl Iterator<Item = &'a str> + Clone) -> Option<String> {
+    let has = |name: &str| names.clone().any(|own| own.eq_ignore_ascii_case(name));
+    let kinds = ["f_dc_0", "opacity", "scale_0", "rot_0"];
+    let mut missing = kinds.into_iter().filter(|name| !has(name));
+    let first = missing.next().filter(|_| missing.next().is_none())?;
+    Some(format!(
+        "its columns are those of Gaussian splats but for `{first}`, which is missing: they stay plain columns"
+    ))
+}
+
 /// Whether columns of a file are Gaussian splats without a doubt.
 pub(crate) fn are_splats<'a>(columns: impl Iterator<Item = &'a FileColumn> + Clone) -> bool {
     let is_ready = splat_kind(|name| {
@@ -100,7 +111,9 @@ impl Plan {
     /// Where a table has Gaussian splats; `None` where it does not have all of them. What is odd about their
     /// harmonics becomes a warning.
     pub(super) fn find(fields: &[Field], warnings: &mut Vec<String>) -> Option<Self> {
-        if !may_be_splats(fields.iter().flat_map(|field| &field.names).map(String::as_str)) {
+        let names = fields.iter().flat_map(|field| &field.names).map(String::as_str);
+        if !may_be_splats(names.clone()) {
+            warnings.extend(incomplete(names));
             return None;
         }
         let places = Places::of(fields);
@@ -215,5 +228,14 @@ mod tests {
             assert!(!are(&others), "{missing}");
         }
         assert!(!are(&[]));
+    }
+
+    #[test]
+    fn a_kind_of_columns_that_splats_lack_is_named() {
+        let named = |names: &[&'static str]| incomplete(names.iter().copied());
+        let line = named(&["x", "f_dc_0", "scale_0", "Rot_0"]).unwrap();
+        assert!(line.contains("`opacity`"), "{line}");
+        assert_eq!(named(&["f_dc_0", "opacity", "scale_0", "rot_0"]), None);
+        assert_eq!(named(&["opacity", "scale_0"]), None);
     }
 }

@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::graph::pipelines::Pipelines;
 use crate::graph::plan::{Node, Plan, Planned, defines_of};
+use crate::graph::shading::is_behind;
 use crate::graph::splats::source::{
     COMPOSE_PER_PIXEL, Form, compose_defines, is_of_composing, per_pixel_source,
 };
@@ -72,12 +73,6 @@ impl Plan {
     ) -> Result<(), String> {
         let Some(function) = &splats.per_pixel else { return Ok(()) };
         // The author's own text has been compiled: what is wrong behind it, the function does not fit.
-        let n_lines = pass.wgsl.lines().count();
-        let is_behind = |message: &str| {
-            let line = message.strip_prefix("line ").and_then(|rest| rest.split(':').next());
-            let line = line.and_then(|line| line.parse::<usize>().ok());
-            line.is_some_and(|line| line > n_lines) || message.contains("'surfelshop_")
-        };
         let mut shader_of = |form: Form| {
             let source = per_pixel_source(pass, splats.targets.len(), function, form)?;
             let defines = [defines_of(pass), compose_defines(splats, form)].concat();
@@ -88,7 +83,7 @@ impl Plan {
             // Functions stand there several times, and a long one may be too long.
             Form::Runs => shader_of(Form::Runs).or_else(|_| shader_of(Form::Tiles)),
         };
-        let shader = shader.map_err(|message| match is_behind(&message) {
+        let shader = shader.map_err(|message| match is_behind(pass, &message) {
             true => format!(
                 "`{function}` does not fit; expected `fn {function}(p: splat::Pixel) -> splat::Fragment`"
             ),

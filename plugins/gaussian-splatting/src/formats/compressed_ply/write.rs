@@ -19,7 +19,7 @@ const AT_ONCE: usize = 64;
 const MOST_LOG: f32 = 20.0;
 
 const RANGE: FormatRange =
-    FormatRange { name: "compressed PLY", degree: 3, up: UpAxis::Unknown, antialiased: false };
+    FormatRange { name: "compressed PLY", degree: 3, up: UpAxis::Unknown, antialiased: true };
 
 /// All Gaussians.
 #[derive(Default)]
