@@ -75,9 +75,9 @@ impl Visit<'_> {
         self.palette("colour by classification", "palette")?;
         pause(3.0);
         self.shot("coloured")?;
-        // The end of the x axis, which looks to the right upper corner at first.
+        // The end of the x axis, in the corner of the view beside the properties.
         let [width, height] = self.points();
-        self.click([width - 392, 92]);
+        self.click([width - 358, 166]);
         pause(3.0);
         self.shot("view-by-axes")?;
         self.key("f");
@@ -94,7 +94,10 @@ impl Visit<'_> {
         self.shot("wipe")?;
         self.key("m");
         pause(3.0);
-        self.shot("compare-quality")?;
+        // The button below the values that are tried.
+        self.click([width - 311, 394]);
+        pause(12.0);
+        self.shot("swept")?;
         self.key("Escape");
         pause(0.5);
         self.key("ctrl+p");

@@ -94,6 +94,10 @@ fn functions_that_do_not_fit_or_are_wrong_within() {
         let graph = function("draw(i: u32) -> splat::Splat", body);
         refused(&mut engine, &[&cloud], &["pass `splats`: line 4: "], graph);
     }
+    let plane = "return splat::planar(vec3(0.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0));";
+    let words =
+        ["pass `splats`", "`splat::planar`", "`Footprint::Planar`", "says `Footprint::Conic`"];
+    refused(&mut engine, &[&cloud], &words, function("draw(i: u32) -> splat::Splat", plane));
     let shading = |_: &Frame<Script>, graph: &mut Graph| {
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         let text = "#import surfelshop::surface::Surface\nfn shade(s: Surface) -> vec3<f32> { return s.normal; }";

@@ -7,7 +7,7 @@ use crate::graph::limits::loop_units;
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Shader};
 use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
 use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source, unfit};
-use crate::graph::splats::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, splat_source};
+use crate::graph::splats::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, check_footprint, splat_source};
 use crate::graph::uniform_layout::UniformLayout;
 use crate::graph::variants::Settings;
 use crate::shader_compiler::{EntryPoint, SurfaceMembers, members_read, reflect};
@@ -231,6 +231,9 @@ impl Plan {
             .shader_with(&source, &pass.modules, &needs)
             .map_err(|message| unfit(pass, &message).unwrap_or(message))?;
         let point = reflect(&shader.composed, stage, &entry).map_err(|error| error.message)?;
+        if let Work::Splats(splats) = &pass.work {
+            check_footprint(splats, &shader.composed.module)?;
+        }
         self.check_names(pass, &shader)?;
         let computes = stage == naga::ShaderStage::Compute;
         let EntryPoint { bindings, workgroup_size } = point;

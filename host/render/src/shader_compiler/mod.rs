@@ -1,6 +1,7 @@
 //! From WGSL text to a checked module whose resources are known by name.
 
 mod bound_loops;
+mod called;
 mod compose;
 mod directives;
 mod expanded;
@@ -16,6 +17,7 @@ mod validate;
 mod weights;
 mod work_limit;
 
+pub(crate) use called::called_by;
 pub(crate) use compose::{Composed, Library, fingerprint};
 pub(crate) use large_stack::{STACK_BYTES, on_large_stack};
 pub(crate) use members::{SurfaceMembers, members_read};

@@ -124,7 +124,8 @@ impl Messages {
             .pivot(Align2::LEFT_BOTTOM)
             .fixed_pos(over.left_bottom() + vec2(8.0, -32.0))
             .show(ctx, |ui| {
-                ui.set_max_width((over.width() - 16.0).clamp(100.0, 760.0));
+                // The right lower corner is the legend's.
+                ui.set_max_width((0.6 * over.width()).clamp(300.0, 620.0).min(over.width() - 16.0));
                 Frame::popup(ui.style()).show(ui, |ui| {
                     for &i in &current[n_waiting..] {
                         ui.horizontal_top(|ui| {

@@ -5,10 +5,10 @@ use crate::graph::pipelines::Pipelines;
 use crate::graph::plan::{Node, Plan, Planned, defines_of};
 use crate::graph::shading::is_behind;
 use crate::graph::splats::source::{
-    COMPOSE_PER_PIXEL, Form, compose_defines, is_of_composing, per_pixel_source,
+    COMPOSE_PER_PIXEL, Form, SPLAT_ENTRY, compose_defines, is_of_composing, per_pixel_source,
 };
-use crate::shader_compiler::{SPENT, members_read, reflect};
-use surfelshop_api::graph::{Composition, Format, Pass, Splats, TextureId};
+use crate::shader_compiler::{SPENT, called_by, members_read, reflect};
+use surfelshop_api::graph::{Composition, Footprint, Format, Pass, Splats, TextureId};
 
 /// Most splats of a pass.
 const MAX_SPLATS: u64 = 1 << 28;
@@ -18,6 +18,34 @@ const MAX_SAMPLES: u32 = 64;
 
 /// Most pictures of depths: one of each kind.
 const MAX_DEPTHS: usize = 3;
+
+/// Refuses a function that makes footprints of the other kind than its pass says, by the functions of
+/// `surfelshop::splat` that it calls.
+///
+/// # Errors
+/// One line that names both.
+pub(in crate::graph) fn check_footprint(
+    splats: &Splats,
+    module: &naga::Module,
+) -> Result<(), String> {
+    let called = called_by(module, SPLAT_ENTRY);
+    let calls = |names: &[&'static str]| {
+        let is_called = |name: &&&str| called.contains(&format!("surfelshop::splat::{name}"));
+        names.iter().find(is_called).copied()
+    };
+    let (of_conics, of_planes) = (calls(&["gaussian", "conic"]), calls(&["planar"]));
+    let (own, other, needs) = match splats.footprint {
+        Footprint::Conic => (of_conics, of_planes, "Planar"),
+        Footprint::Planar => (of_planes, of_conics, "Conic"),
+    };
+    match (own, other) {
+        (None, Some(other)) => Err(format!(
+            "its function calls `splat::{other}`, whose footprints are of `Footprint::{needs}`; the pass says `Footprint::{:?}`",
+            splats.footprint
+        )),
+        _ => Ok(()),
+    }
+}
 
 impl Plan {
     /// # Errors

@@ -16,6 +16,7 @@ use crate::graph::primitives::PassScratch;
 use crate::graph::recorder::Recorder;
 use crate::graph::resources::BufferPart;
 use crate::graph::{RenderError, bind};
+pub(super) use check::check_footprint;
 pub(super) use source::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, splat_source};
 pub(super) use source::{SPLAT_FOOTPRINTS, SPLAT_PAYLOADS, SPLAT_RANGE};
 use surfelshop_api::graph::{Resource, Splats};

@@ -2,6 +2,8 @@
 //! No file is overwritten without a question.
 
 use super::listing::{Entry, Listing, list, typed};
+use eframe::egui::text::{CCursor, CCursorRange};
+use eframe::egui::text_edit::TextEditState;
 use eframe::egui::{self, Align, Context, Id, Key, Label, Layout, Modal, Modifiers, RichText, Ui};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -244,7 +246,11 @@ impl FileDialog {
                 (self.at, self.chosen) = (None, BTreeSet::new());
             }
             let entered = is_entered(ui, &field);
-            if std::mem::take(&mut self.is_new) || entered {
+            if std::mem::take(&mut self.is_new) {
+                field.request_focus();
+                select_all(ui, field.id, &self.name);
+            }
+            if entered {
                 field.request_focus();
             }
             if entered {
@@ -350,6 +356,14 @@ impl FileDialog {
     }
 }
 
+/// Selects the text of a field, so that what is typed takes its place.
+fn select_all(ui: &Ui, field: egui::Id, text: &str) {
+    let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
+    let whole = CCursorRange::two(CCursor::default(), CCursor::new(text.chars().count()));
+    state.cursor.set_char_range(Some(whole));
+    state.store(ui.ctx(), field);
+}
+
 /// Whether Enter ended the text of a field.
 fn is_entered(ui: &Ui, field: &egui::Response) -> bool {
     field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
@@ -382,5 +396,34 @@ fn size(bytes: u64) -> String {
         1_000..1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
         1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
         _ => format!("{:.1} GB", bytes as f64 / 1e9),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui_kittest::Harness;
+
+    #[test]
+    fn what_is_typed_takes_the_place_of_the_name_that_is_proposed() {
+        let folder = tempfile::tempdir().unwrap();
+        let completed = Completion::new(Path::to_owned);
+        let request = Request {
+            title: "Save the scene".to_owned(),
+            filter: "scenes".to_owned(),
+            endings: Vec::new(),
+            purpose: Purpose::Save { name: "usual.scene.toml".to_owned(), completed },
+        };
+        let dialog = FileDialog::new(request, folder.path(), String::new());
+        let mut harness = Harness::builder().build_ui_state(
+            |ui, dialog: &mut FileDialog| {
+                assert_eq!(dialog.show(ui.ctx()), None);
+            },
+            dialog,
+        );
+        harness.run_steps(4);
+        harness.event(egui::Event::Text("other".to_owned()));
+        harness.run_steps(2);
+        assert_eq!(harness.state().name, "other");
     }
 }
