@@ -96,7 +96,9 @@ fn splats(graph: &mut Graph, wgsl: &str, function: &str, n: u64, color: TextureI
         BufferColumn::new("sh_1", 9).f16(),
     ];
     let (n, cloud) = graph.columns("cloud", &facts, &[0], &columns);
-    Pass::splats("splats", wgsl, function, Footprint::Conic, n).reads(&cloud).target(color)
+    let is_planar = wgsl.contains("splat::planar(");
+    let footprint = if is_planar { Footprint::Planar } else { Footprint::Conic };
+    Pass::splats("splats", wgsl, function, footprint, n).reads(&cloud).target(color)
 }
 
 /// A pass with the settings that the pages have as the module `params`.

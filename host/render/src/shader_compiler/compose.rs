@@ -442,4 +442,15 @@ mod tests {
         assert_eq!(undecorated(&name), "surfelshop::view::view");
         assert_eq!(undecorated("plain"), "plain");
     }
+
+    /// What parses and is no valid shader.
+    #[test]
+    fn mistakes_that_validation_finds_have_their_position() {
+        let mut library = Library::new(true).unwrap();
+        let text = "#import surfelshop::splat\n\nfn draw() -> splat::Splat {\n    var s = splat::Splat();\n    \
+                    s.payload[0] = vec3(1.0);\n    return s;\n}\n\
+                    @compute @workgroup_size(1) fn main() { let s = draw(); }\n";
+        let error = library.compose(text, &[], &[]).err().unwrap();
+        assert!(error.message.starts_with("line 5: "), "{error}");
+    }
 }
