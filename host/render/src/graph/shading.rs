@@ -60,7 +60,9 @@ pub(super) fn unfit(pass: &Pass, message: &str) -> Option<String> {
 pub(super) fn is_behind(pass: &Pass, message: &str) -> bool {
     let line = message.strip_prefix("line ").and_then(|rest| rest.split(':').next());
     let line = line.and_then(|line| line.parse::<usize>().ok());
-    line.is_some_and(|line| line > pass.wgsl.lines().count()) || message.contains("'surfelshop_")
+    line.is_some_and(|line| line > pass.wgsl.lines().count())
+        || message.contains("'surfelshop_")
+        || message.contains("Entry point surfelshop_")
 }
 
 /// The author's text with an entry point that calls their function for each covered pixel, or, where

@@ -7,13 +7,14 @@
 use crate::shader_compiler::directives::{Headed, headed};
 use crate::shader_compiler::numbered::{member_with_digit, numbered};
 pub(crate) use crate::shader_compiler::report::ShaderError;
-use crate::shader_compiler::report::{OWN_FILE, one_line, place_in};
-use crate::shader_compiler::validate::{check_variables, validated};
+use crate::shader_compiler::report::{OWN_FILE, one_line};
+use crate::shader_compiler::validate::{Invalid, check_variables, validated};
 use crate::shader_compiler::work_limit::WorkLimit;
 use crate::shader_compiler::{bound_loops, expanded, loops, text};
 use crate::shader_features::ShaderFeature;
 use naga_oil::compose::{
-    ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
+    ComposableModuleDescriptor, Composer, ErrSource, NagaModuleDescriptor, ShaderDefValue,
+    ShaderLanguage,
 };
 use std::collections::HashMap;
 use surfelshop_api::graph::Module;
@@ -196,17 +197,22 @@ impl Library {
             .map_err(|error| one_line(&error.emit_to_string(composer), &shifted_files))?;
         restore_names(&mut module);
         number_bindings(&mut module);
-        // The composer knows where what it checks itself stands in the text.
-        let place = |composer: &mut Composer| {
+        // Where parts of the text are, the composer tells only of what it finds wrong itself: that bindings have no
+        // numbers, at least.
+        let located = |invalid: Box<Invalid>, composer: &mut Composer| {
             let before = std::mem::replace(&mut composer.capabilities, allowed);
             composer.validate = true;
-            let made = composer.make_naga_module(described());
+            let found = composer.make_naga_module(described()).err();
             (composer.validate, composer.capabilities) = (false, before);
-            made.err().map(|error| place_in(&error.emit_to_string(composer), &shifted_files))
-        };
-        let located = |error: ShaderError, composer: &mut Composer| {
-            let place = place(composer).unwrap_or_default();
-            ShaderError::new(format!("{place}{}", error.message))
+            let line = match found.map(|error| error.source) {
+                Some(ErrSource::Constructing { source, offset, .. }) => {
+                    invalid.line_in(&source, offset)
+                }
+                _ => None,
+            };
+            let place =
+                line.map(|line| format!("line {}: ", line.saturating_sub(usize::from(shifted))));
+            ShaderError::new(place.unwrap_or_default() + &invalid.error.message)
         };
         if let Some(most) = work {
             let info =
@@ -447,9 +453,11 @@ mod tests {
     #[test]
     fn mistakes_that_validation_finds_have_their_position() {
         let mut library = Library::new(true).unwrap();
+        // A type that it names stands behind it.
         let text = "#import surfelshop::splat\n\nfn draw() -> splat::Splat {\n    var s = splat::Splat();\n    \
                     s.payload[0] = vec3(1.0);\n    return s;\n}\n\
-                    @compute @workgroup_size(1) fn main() { let s = draw(); }\n";
+                    var<storage, read_write> all: array<vec4<f32>>;\n\
+                    @compute @workgroup_size(1) fn main() { all[0] = draw().payload[0]; }\n";
         let error = library.compose(text, &[], &[]).err().unwrap();
         assert!(error.message.starts_with("line 5: "), "{error}");
     }

@@ -48,30 +48,17 @@ pub(super) fn one_line(report: &str, shifted_files: &[&str]) -> ShaderError {
 }
 
 /// Where the composer's report says that something is: `line 3: `.
-pub(super) fn place_in(report: &str, shifted_files: &[&str]) -> String {
+fn place_in(report: &str, shifted_files: &[&str]) -> String {
     report
         .lines()
         .find_map(|line| line.trim_start().strip_prefix("┌─ "))
         .and_then(|place| {
             let (file, line) = place.rsplit_once(':')?.0.rsplit_once(':')?;
             let above = u32::from(shifted_files.contains(&file));
-            let line = marked(report).or_else(|| line.parse().ok())?.saturating_sub(above);
+            let line = line.parse::<u32>().ok()?.saturating_sub(above);
             // The pass's own text has no name but the pass's.
             let file = if file == OWN_FILE { String::new() } else { format!("{file}, ") };
             Some(format!("{file}line {line}: "))
         })
         .unwrap_or_default()
-}
-
-/// The line below which a report has carets. What is wrong within a function stands below a frame around all of it.
-fn marked(report: &str) -> Option<u32> {
-    let mut number = None;
-    for line in report.lines() {
-        let Some((before, text)) = line.split_once('│') else { continue };
-        if text.contains('^') && !text.contains('╰') && before.trim().is_empty() {
-            return number;
-        }
-        number = before.trim().parse().ok().or(number);
-    }
-    None
 }
