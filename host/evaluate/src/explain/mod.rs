@@ -35,12 +35,11 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
     let mut studio = open_studio(arguments, &staging)?;
     let mut named = cloud_renderers::named(&inputs.sources);
-    let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
-    let mut first = studio.choose_for(reference, seen.as_ref(), &of_view);
+    let typed = &arguments.set;
+    let of_view = cloud_renderers::settings_of_view(typed, &reference, &named);
+    let first = studio.choose_for(reference, seen.as_ref(), &of_view);
     let is_said = given.has("renderer") || setup::first_view(opened).is_some();
-    if is_said || arguments.set.is_empty() {
-        first = Ok(first?);
-    }
+    let first = render::known_now(first, is_said || typed.is_empty())?;
     let formats = SessionFormats::new(&arguments.plugins);
     let (surroundings, displayed) = staging.read(&inputs.sources, &formats)?;
     let clouds = &displayed.clouds;
@@ -48,11 +47,9 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let chosen_nodes = staging.drawn(clouds, &view)?;
     let drawn = chosen_nodes.with(clouds);
     let infos = &clouds.facts.clouds;
-    let typed = &arguments.set;
-    let mut chosen = match is_said {
-        true => first?,
-        false => render::suited_or(first, typed, &inputs, &registry, infos, &mut named, &studio)?,
-    };
+    let mut suited =
+        |first| render::suited_or(first, typed, &inputs, &registry, infos, &mut named, &studio);
+    let mut chosen = if is_said { first } else { suited(first) }?;
     let reference = chosen.reference.clone();
     let of_view = cloud_renderers::settings_of_view(typed, &reference, &named);
     let deal = || cloud_renderers::dealt(&registry, &named, infos);
@@ -110,9 +107,18 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     terminal::line(text(&explained))?;
     antialias(&staging, &view).iter().try_for_each(terminal::line)?;
     chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
-    terminal::line(not_asked_for(&others))?;
+    tell_rest(arguments, &others, &savings)
+}
+
+/// What was not loaded, and what leaving out saves, where that was measured.
+fn tell_rest(
+    arguments: &ExplainArguments,
+    others: &[Value],
+    savings: &[measured::Saving],
+) -> anyhow::Result<()> {
+    terminal::line(not_asked_for(others))?;
     match arguments.measure {
-        Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
+        Some(n_frames) => terminal::line(measured::lines(savings, n_frames).join("\n")),
         None => Ok(()),
     }
 }

@@ -19,8 +19,6 @@ use naga_oil::compose::{
 use std::collections::HashMap;
 use surfelshop_api::graph::Module;
 
-/// What the composer calls a pass's own text.
-
 /// A validated module.
 pub(crate) struct Composed {
     pub(crate) module: naga::Module,

@@ -30,7 +30,7 @@ pub(super) fn validated(
 
 /// The bits of a place that count bytes; those above number modules, 0 for a text itself.
 ///
-/// Source: the composer, naga_oil 0.23, `SPAN_SHIFT`.
+/// Source: the composer, `naga_oil` 0.23, `SPAN_SHIFT`.
 const PLACE_BITS: usize = 21;
 
 impl Invalid {

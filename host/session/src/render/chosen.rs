@@ -14,12 +14,11 @@ use surfelshop_runtime::plugins::Registry;
 /// nobody said what draws. A graph that is to be saved has all bytes in it.
 pub(super) fn choose_suited(
     arguments: &RenderArguments,
-    is_said: bool,
     inputs: &Inputs,
     registry: &Registry,
     clouds: &Clouds,
     studio: &mut RenderSession,
-    first: anyhow::Result<LoadedRenderer>,
+    (is_said, first): (bool, anyhow::Result<LoadedRenderer>),
 ) -> anyhow::Result<LoadedRenderer> {
     // A captured graph is of a scene of then.
     if arguments.graph.is_some() {
@@ -40,6 +39,20 @@ pub(super) fn choose_suited(
     let alone = chosen.beside.is_empty() || arguments.save_graph.is_none();
     ensure!(alone, "--save-graph: {} draw the clouds, and one graph is saved", chosen.ids());
     Ok(chosen)
+}
+
+/// A renderer that may have failed to start, where that is not final: clouds that are yet to be read may suit another.
+///
+/// # Errors
+/// Why it failed, where that is final.
+pub fn known_now(
+    first: anyhow::Result<LoadedRenderer>,
+    is_final: bool,
+) -> anyhow::Result<anyhow::Result<LoadedRenderer>> {
+    match first {
+        Err(error) if is_final => Err(error),
+        first => Ok(first),
+    }
 }
 
 /// Where nobody says what draws: the renderer that suits the clouds, where one does, with what was typed; else the

@@ -9,7 +9,7 @@ pub mod traced;
 
 pub use arguments::RenderArguments;
 use chosen::choose_suited;
-pub use chosen::suited_or;
+pub use chosen::{known_now, suited_or};
 
 use crate::captured_graph;
 use crate::cloud_renderers;
@@ -110,20 +110,18 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let of_setup = || setup::renderer(arguments, given, opened, &registry);
     let (reference, seen) =
         graph.as_ref().map_or_else(of_setup, |graph| Ok((graph.reference.clone(), None)))?;
-    let seen = seen.as_ref();
-    let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen)?
-        .showing(arguments.output.clone());
+    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    let mut staging = staging.showing(arguments.output.clone());
     if reference.kind == UnitKind::Tracer {
         ensure!(arguments.save_graph.is_none(), "{reference} describes no graph to save");
-        return traced::render(arguments, &inputs, &reference, seen, &staging);
+        return traced::render(arguments, &inputs, &reference, seen.as_ref(), &staging);
     }
     let mut studio = open_studio(arguments, &registry, &staging, &mut timings)?;
     let loading = Instant::now();
-    let is_said = graph.is_some() || given.has("renderer") || setup::first_view(opened).is_some();
-    let mut first = graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen), Ok);
-    if is_said || arguments.set.is_empty() {
-        first = Ok(first?);
-    }
+    let is_said = given.has("renderer") || setup::first_view(opened).is_some() || graph.is_some();
+    let first =
+        graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen.as_ref()), Ok);
+    let first = (is_said, known_now(first, is_said || arguments.set.is_empty())?);
     timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 
@@ -131,8 +129,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let (surroundings, displayed) = opened_scene(arguments, &inputs, &mut staging)?;
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
-    let mut chosen =
-        choose_suited(arguments, is_said, &inputs, &registry, clouds, &mut studio, first)?;
+    let mut chosen = choose_suited(arguments, &inputs, &registry, clouds, &mut studio, first)?;
 
     let scene =
         Drawing { arguments, staging: &staging, clouds, surroundings: surroundings.as_ref() };
@@ -154,7 +151,6 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let settled = scene.frame(&mut studio, &mut chosen, view)?;
     timings.frames(&settled);
     note(clouds, &staging, &chosen, &settled);
-    columns::note(&chosen, &clouds.facts);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
@@ -269,6 +265,7 @@ fn open_studio(
 /// Says what of the scene cannot be seen, and where less detail was asked for and is not to be had.
 fn note(clouds: &Clouds, staging: &RenderSetup, chosen: &LoadedRenderer, settled: &ConvergedFrame) {
     plausibility::note(clouds, &staging.scene);
+    columns::note(chosen, &clouds.facts);
     if staging.detail_px > 0.0 && !settled.rendered.merged {
         let renderer = chosen.ids();
         terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));

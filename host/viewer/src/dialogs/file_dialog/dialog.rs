@@ -357,7 +357,7 @@ impl FileDialog {
 }
 
 /// Selects the text of a field, so that what is typed takes its place.
-fn select_all(ui: &Ui, field: egui::Id, text: &str) {
+fn select_all(ui: &Ui, field: Id, text: &str) {
     let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
     let whole = CCursorRange::two(CCursor::default(), CCursor::new(text.chars().count()));
     state.cursor.set_char_range(Some(whole));
