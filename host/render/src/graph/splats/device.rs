@@ -288,7 +288,12 @@ impl<'a, 'g> Device<'a, 'g> {
         }
         if self.gpu().is_software() {
             let ranges = self.read(ranges, 0, 2 * view.across * view.down)?;
-            let longest = ranges.as_chunks::<2>().0.iter().map(|[first, end]| end - first).max();
+            let longest = ranges
+                .as_chunks::<2>()
+                .0
+                .iter()
+                .map(|[first, end]| end.saturating_sub(*first))
+                .max();
             let rounds = match composition {
                 Composition::Stochastic { samples } => samples,
                 Composition::Normalized { .. } => 2,
