@@ -81,29 +81,29 @@ params! {
         /// How light is reflected at the surface.
         model: Model { default: Model::Ggx },
         /// Weight of the diffuse part.
-        kd: f32 { default: 1.0, range: 0.0..=1.0 },
+        kd: f32 { default: 1.0, range: 0.0..=1.0, label: "diffuse" },
         /// Weight of the specular part.
-        ks: f32 { default: 1.0, range: 0.0..=1.0 },
+        ks: f32 { default: 1.0, range: 0.0..=1.0, label: "specular" },
         /// Index of refraction: 1.33 is water, 1.5 glass or plastic, 2.4 diamond.
-        ior: f32 { default: 1.5, range: 0.2..=4.0 },
+        ior: f32 { default: 1.5, range: 0.2..=4.0, label: "refraction index" },
         /// Roughness of the ggx model: 0 is a mirror.
         roughness: f32 { default: 0.4, range: 0.0..=1.0 },
         /// How much of a metal the surface is, in the ggx model.
         metallic: f32 { default: 0.0, range: 0.0..=1.0 },
         /// Whether light counts that microfacets reflect more than once.
-        multiple_scattering: bool { default: true },
+        multiple_scattering: bool { default: true, label: "multiple scattering" },
         /// Eccentricity of the thesis's model: 0 is a mirror, 1 dull.
-        c: f32 { default: 0.3, range: 0.0..=1.0 },
+        c: f32 { default: 0.3, range: 0.0..=1.0, label: "lobe width (thesis)" },
         /// Where light is computed.
         shading: Rate { default: Rate::Pixel },
         /// Widen highlights where one pixel shows several normals, so that they do not sparkle.
         antialias: bool { default: true },
         /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4. Odd ones above 1 add nothing to diffuse light.
-        sh_order: i32 { default: 2, range: 1..=5, quality: true },
+        sh_order: i32 { default: 2, range: 1..=5, quality: true, label: "harmonics order" },
         /// Treat a dominant small light, such as the sun, as a light of its own.
-        sun: bool { default: true },
+        sun: bool { default: true, label: "sun apart" },
         /// Damp harmonics that ring far below black, and cut off what little is left of it.
-        window: bool { default: true },
+        window: bool { default: true, label: "damp ringing" },
         /// Ambient occlusion.
         occlusion: Occlusion { group: Occlusion::affecting(AoAffects::Reflections) },
         /// What stands behind the object.

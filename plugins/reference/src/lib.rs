@@ -75,9 +75,9 @@ params! {
         /// How light is reflected at the surface.
         model: Model { default: Model::Lambert },
         /// Weight of the matte body.
-        kd: f32 { default: 1.0, range: 0.0..=1.0 },
+        kd: f32 { default: 1.0, range: 0.0..=1.0, label: "diffuse" },
         /// Weight of what shines.
-        ks: f32 { default: 0.25, range: 0.0..=1.0 },
+        ks: f32 { default: 0.25, range: 0.0..=1.0, label: "specular" },
         /// Exponent of the phong highlight.
         shininess: f32 { default: 64.0, range: 1.0..=1024.0, logarithmic: true },
         /// Roughness of the ggx model.
@@ -85,7 +85,7 @@ params! {
         /// How much of a metal the surface is, in the ggx model.
         metallic: f32 { default: 0.0, range: 0.0..=1.0 },
         /// Index of refraction of the ggx model.
-        ior: f32 { default: 1.5, range: 1.0..=4.0 },
+        ior: f32 { default: 1.5, range: 1.0..=4.0, label: "refraction index" },
         /// Points blended of all surfels within the depth tolerance, not of the nearest alone.
         blend: bool { default: true },
         /// Paths all over each pixel, not through its centre.

@@ -56,6 +56,8 @@ pub enum ParamKind {
 pub struct ParamDecl {
     /// Stable id: presets and `--set` refer to it.
     pub id: String,
+    /// What the window calls it; the id where it is empty.
+    pub label: String,
     /// The kind of value.
     pub kind: ParamKind,
     /// The value where none is set.
@@ -76,6 +78,7 @@ impl Default for ParamDecl {
     fn default() -> Self {
         Self {
             id: String::new(),
+            label: String::new(),
             kind: ParamKind::Bool,
             default: Value::Bool(false),
             range: None,
@@ -106,6 +109,19 @@ impl ParamDecl {
     pub fn id(mut self, id: &str) -> Self {
         id.clone_into(&mut self.id);
         self
+    }
+
+    /// Has the window call it so, where the id is an abbreviation or a symbol of a paper.
+    #[must_use]
+    pub fn label(mut self, label: &str) -> Self {
+        label.clone_into(&mut self.label);
+        self
+    }
+
+    /// What the window calls it.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        if self.label.is_empty() { &self.id } else { &self.label }
     }
 
     /// Allows only numbers in this range.

@@ -8,15 +8,15 @@ use crate::plugins::Readiness;
 use crate::window::Window;
 use eframe::egui::{self, ComboBox, DragValue, Ui};
 use surfelshop_api::UnitKind;
-use surfelshop_api::params::ParamKind;
+use surfelshop_api::params::{ParamDecl, ParamKind};
 
 /// The choice of the reference.
 pub(super) fn reference(window: &mut Window, ui: &mut Ui) {
     let chosen = window.measure.form.against(window);
-    let knob = window.measure.form.knob(window).map(|knob| knob.id.clone());
+    let knob = window.measure.form.knob(window).map(|knob| knob.title().to_owned());
     let itself = window.measure.form.renderer(window).unwrap_or_default().to_owned();
     let label_of = |against: &ReferenceChoice| match (against, &knob) {
-        (ReferenceChoice::Itself, Some(id)) => format!("{itself}, with the best {id}"),
+        (ReferenceChoice::Itself, Some(knob)) => format!("{itself}, with the best {knob}"),
         (ReferenceChoice::Itself, None) => itself.clone(),
         (ReferenceChoice::Renderer(name), _) => name.clone(),
         (ReferenceChoice::Tracer(name), _) => format!("{name} (traced)"),
@@ -141,7 +141,7 @@ pub(super) fn knob(window: &mut Window, ui: &mut Ui) {
     declared.retain(|knob| !matches!(knob.kind, ParamKind::File { .. } | ParamKind::Color));
     // Quality parameters come first.
     declared.sort_by_key(|knob| !knob.quality);
-    let chosen = window.measure.form.knob(window).map(|knob| knob.id.clone());
+    let chosen = window.measure.form.knob(window).cloned();
     let form = &mut window.measure.form;
     if declared.is_empty() {
         ui.weak(format!("{} has no parameter to vary", renderers[side]));
@@ -149,15 +149,15 @@ pub(super) fn knob(window: &mut Window, ui: &mut Ui) {
     }
     let about = "The parameter that is varied.";
     row_of(ui, "vary", about, |ui, label| {
-        let shown = chosen.as_deref().unwrap_or("choose one");
+        let shown = chosen.as_ref().map_or("choose one", ParamDecl::title);
         let combo = ComboBox::from_id_salt("knob").selected_text(shown).truncate();
         let shown = combo.show_ui(ui, |ui| {
             for knob in &declared {
                 let text = match knob.quality {
-                    true => format!("{}: trades time for quality", knob.id),
-                    false => knob.id.clone(),
+                    true => format!("{}: trades time for quality", knob.title()),
+                    false => knob.title().to_owned(),
                 };
-                if ui.selectable_label(chosen.as_ref() == Some(&knob.id), text).clicked() {
+                if ui.selectable_label(chosen.as_ref() == Some(knob), text).clicked() {
                     form.knob = Some(knob.id.clone());
                 }
             }

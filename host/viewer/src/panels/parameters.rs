@@ -43,12 +43,12 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
     chosen
 }
 
-/// The label: the id, by which scripts set it, with the unit where that is too long to stand beside the number.
+/// The label, with the unit where that is too long to stand beside the number.
 fn label(parameter: &ParamDecl) -> String {
     match parameter.unit.as_str() {
-        "" => parameter.id.clone(),
-        unit if unit.chars().count() <= SHORT_UNIT => parameter.id.clone(),
-        unit => format!("{}, {unit}", parameter.id),
+        "" => parameter.title().to_owned(),
+        unit if unit.chars().count() <= SHORT_UNIT => parameter.title().to_owned(),
+        unit => format!("{}, {unit}", parameter.title()),
     }
 }
 
@@ -93,7 +93,13 @@ fn help(parameter: &ParamDecl) -> String {
         Some([_, high]) if high >= WIDEST => String::new(),
         _ => format!("\n{}.", capitalised(&parameter.expectation())),
     };
-    format!("{}{expected}{quality}", parameter.doc)
+    // By the id scripts set it.
+    let id = if parameter.title() == parameter.id {
+        String::new()
+    } else {
+        format!("\nOn the command line: `--set {}=…`.", parameter.id)
+    };
+    format!("{}{expected}{quality}{id}", parameter.doc)
 }
 
 fn capitalised(text: &str) -> String {

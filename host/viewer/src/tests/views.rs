@@ -83,6 +83,32 @@ fn views_split_and_share_the_columns() {
     screen.settle();
 }
 
+/// Costs 2 s.
+#[test]
+fn a_cloud_that_was_seen_whole_is_so_beside_another_view() {
+    let mut screen = Screen::sample();
+    let framing = |window: &Window| {
+        let extent = window.document.clouds.as_ref().unwrap().extent;
+        window.framing(&extent)
+    };
+    screen.window().fly_to_all();
+    screen.settle();
+    let before = screen.window().views.camera;
+    assert_eq!(framing(screen.window()), before);
+    screen.harness.get_by_label("split").click();
+    screen.until("another view", |window| window.settings.panes.len() == 2);
+    screen.settle();
+    let beside = screen.window().views.camera;
+    assert!(beside != before && beside == framing(screen.window()));
+    // A camera that somebody has moved stays.
+    screen.window().views.camera.eye *= 1.5;
+    let moved = screen.window().views.camera;
+    screen.harness.get_all_by_label("split").next().unwrap().click();
+    screen.until("another view", |window| window.settings.panes.len() == 3);
+    screen.settle();
+    assert_eq!(screen.window().views.camera, moved);
+}
+
 #[test]
 fn changes_of_parameters_are_seen_and_undone() {
     use surfelshop_api::params::Value;

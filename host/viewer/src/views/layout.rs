@@ -7,6 +7,7 @@ use crate::render_thread::ViewSlot;
 use crate::window::Window;
 use eframe::egui;
 use egui_tiles::{TileId, Tree};
+use surfelshop_api::Camera;
 
 /// Most panes at once.
 pub(crate) const MOST_PANES: usize = 4;
@@ -22,6 +23,7 @@ pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32, below:
         window.messages.warn(format!("there are at most {MOST_PANES} panes"));
         return;
     }
+    window.views.framed = framed(window);
     let id = window.settings.free_id();
     window.settings.panes.push(PaneSettings { id, title: String::new(), ..settings });
     window.views.panes.insert(id, Pane::new());
@@ -34,6 +36,25 @@ pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32, below:
     let beside = arrangement::beside(tree, &panes, (pane, id), below || width < height);
     *tree = beside.unwrap_or_else(|| arrangement::default_tree(&panes));
     window.views.focused = id;
+}
+
+/// The shared camera where it sees everything, and nobody has moved it.
+fn framed(window: &Window) -> Option<Camera> {
+    let shown = window.document.clouds.as_ref()?;
+    let camera = window.views.camera;
+    (window.framing(&shown.extent) == camera).then_some(camera)
+}
+
+/// Moves a camera that saw everything back to where it does, once all panes have their sizes.
+pub(super) fn keep_framing(window: &mut Window) {
+    let has_size = |pane: &Pane| !pane.size_px.contains(&0);
+    if window.views.framed.is_none() || !window.views.panes.values().all(has_size) {
+        return;
+    }
+    let is_still = window.views.framed.take() == Some(window.views.camera);
+    if let Some(shown) = window.document.clouds.as_ref().filter(|_| is_still) {
+        window.views.camera = window.framing(&shown.extent);
+    }
 }
 
 /// Splits the focused pane.

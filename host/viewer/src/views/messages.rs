@@ -4,8 +4,12 @@
 //! messages of both kinds.
 
 use crate::theme::dismiss;
-use eframe::egui::{self, Align2, Context, Frame, Rect, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{
+    self, Align2, Context, Frame, Rect, Response, RichText, ScrollArea, Ui, vec2,
+};
+use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// How long a report stays over the pictures.
@@ -38,13 +42,33 @@ impl Message {
         }
     }
 
-    fn show(&self, ui: &mut Ui) {
+    /// Shows these words of the message.
+    fn show(&self, ui: &mut Ui, words: &str) -> Response {
         let color =
             if self.warns { ui.visuals().warn_fg_color } else { ui.visuals().strong_text_color() };
         let times = if self.times > 1 { format!(" ({} times)", self.times) } else { String::new() };
-        let text = RichText::new(format!("{}{times}", self.text)).color(color);
-        ui.add(egui::Label::new(text).wrap());
+        let text = RichText::new(format!("{words}{times}")).color(color);
+        ui.add(egui::Label::new(text).wrap())
     }
+
+    /// Shows the message, where the file that it begins with stands by its name alone.
+    fn show_short(&self, ui: &mut Ui) {
+        let short = short(&self.text);
+        let shown = self.show(ui, &short);
+        if short != self.text {
+            shown.on_hover_text(&self.text);
+        }
+    }
+}
+
+/// A message in which the absolute path that it begins with has become the file's name.
+fn short(text: &str) -> Cow<'_, str> {
+    let shortened = text.split_once(": ").and_then(|(path, rest)| {
+        let path = Path::new(path);
+        let name = path.file_name().filter(|_| path.is_absolute())?;
+        Some(format!("{}: {rest}", name.display()))
+    });
+    shortened.map_or(Cow::Borrowed(text), Cow::Owned)
 }
 
 /// The messages, the newest last.
@@ -132,7 +156,7 @@ impl Messages {
                             if dismiss(ui, "dismiss") {
                                 self.lines[i].dismissed = true;
                             }
-                            self.lines[i].show(ui);
+                            self.lines[i].show_short(ui);
                         });
                     }
                     if n_waiting > 0 {
@@ -161,7 +185,7 @@ impl Messages {
                 return;
             }
             ScrollArea::vertical().max_height(360.0).stick_to_bottom(true).show(ui, |ui| {
-                self.lines.iter().for_each(|line| line.show(ui));
+                self.lines.iter().for_each(|line| drop(line.show(ui, &line.text)));
             });
         });
         self.open = open;
@@ -171,6 +195,14 @@ impl Messages {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_stands_by_its_name() {
+        assert_eq!(short("/a folder/b.ply: no such file"), "b.ply: no such file");
+        for whole in ["b.ply: no such file", "wrote /a/b.ply", "a/b.ply: no", "/: no", "/a/b"] {
+            assert_eq!(short(whole), whole);
+        }
+    }
 
     #[test]
     fn warnings_outlive_news_and_repetitions_are_counted() {

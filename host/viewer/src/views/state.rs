@@ -35,6 +35,8 @@ pub(crate) struct Views {
     pub(crate) flight: Option<Flight>,
     /// Clouds of views that show one alone: those they are of, and which.
     pub(super) alone: OneCloud,
+    /// The shared camera as it saw everything, where panes are about to become narrower.
+    pub(super) framed: Option<Camera>,
     /// Whether the camera walks: a drag looks around then.
     pub(crate) walking: bool,
     /// The pane and depth that the wheel zooms to while pictures have no depth.
@@ -58,6 +60,7 @@ impl Views {
             measuring: Measuring::default(),
             flight: None,
             alone: OneCloud::default(),
+            framed: None,
             walking: false,
             anchor_depth: None,
             pointer_position: None,

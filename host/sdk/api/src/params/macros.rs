@@ -8,7 +8,7 @@ use crate::params::FilePath;
 /// Each field has a documentation comment (the help text), a type (`bool`, `f32`, `f64`, `u32`,
 /// `i32`, `String`, [`FilePath`], `[f32; 3]` for a colour, or a type made with
 /// [`choices!`](crate::choices!)) and, in braces, `default` followed by any of `range`, `unit`,
-/// `quality`, `logarithmic`, `endings`, `id`. A field with `group` instead has the parameters of
+/// `quality`, `logarithmic`, `endings`, `label`, `id`. A field with `group` instead has the parameters of
 /// another such structure, which several units share, with these defaults.
 ///
 /// ```

@@ -40,6 +40,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
         None => {}
     }
     window.views.tree = tree;
+    layout::keep_framing(window);
 }
 
 /// What the tool row of a pane asks for.
