@@ -401,8 +401,7 @@ impl Gpu {
     /// Whether the adapter computes on the CPU.
     #[must_use]
     pub fn is_software(&self) -> bool {
-        self.info.device_type == wgpu::DeviceType::Cpu
-            || self.info.name.to_lowercase().contains("llvmpipe")
+        is_software(&self.info)
     }
 
     /// Adapter, interface and driver in a few words.
@@ -466,6 +465,17 @@ fn storage_flags(
         false => adapter.get_texture_format_features(format).flags,
     };
     FORMATS.into_iter().map(|format| (format, flags_of(format))).collect()
+}
+
+/// Whether this machine has a device that is no software.
+#[must_use]
+pub fn has_graphics_card() -> bool {
+    adapters(wgpu::Backends::PRIMARY).iter().any(|adapter| !is_software(&adapter.get_info()))
+}
+
+/// Whether pictures of an adapter are computed by the processor.
+fn is_software(info: &wgpu::AdapterInfo) -> bool {
+    info.device_type == wgpu::DeviceType::Cpu || info.name.to_lowercase().contains("llvmpipe")
 }
 
 fn adapters(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {

@@ -29,7 +29,7 @@ pub use engine::{
     PartOf, Parts, PassUse, PreparedColumns, RenderRequest, Rendered, RendererPart, RendererUse,
     RendererView, Restored,
 };
-pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
+pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions, has_graphics_card};
 pub use graph::{CompileCounts, PassReport, PassState, RenderError};
 pub use resource_use::ResourceUse;
 pub use stages::{Clocks, StageClock, StageTime};

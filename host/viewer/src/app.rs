@@ -119,7 +119,7 @@ impl eframe::App for Window {
         self.frame(ui);
     }
 
-    fn on_exit(&mut self) {
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         self.save_session(&Context::default(), true);
         // The user has decided about the edits, unless the system ends the program.
         let end = match self.document.close_confirmed && !is_terminating() {

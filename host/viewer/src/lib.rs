@@ -50,30 +50,15 @@ pub fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
     if let Some(missing) = arguments.files.iter().find(|file| !file.exists()) {
         anyhow::bail!("{}: expected a cloud, found no such file", missing.display());
     }
-    let options = eframe::NativeOptions {
-        viewport: egui::ViewportBuilder::default()
-            .with_title("Surfelshop")
-            .with_app_id("surfelshop")
-            .with_inner_size([1280.0, 800.0])
-            .with_min_inner_size([480.0, 320.0]),
-        wgpu_options: wgpu_options(),
-        // Pictures are shown as they are, and every pixel of the window takes less.
-        dithering: false,
-        ..Default::default()
-    };
-    let arguments = arguments.clone();
-    let closed = eframe::run_native(
-        "surfelshop",
-        options,
-        Box::new(move |cc| {
-            close_on_signal(&cc.egui_ctx);
-            let mut window = window::Window::new(&cc.egui_ctx, &arguments)?;
-            // A scene that is opened says how its views are.
-            window.settings.antialias = USUAL_ANTIALIAS;
-            window.document.usual_antialias = USUAL_ANTIALIAS;
-            Ok(Box::new(window))
+    let closed = match surfelshop_render::has_graphics_card() {
+        true => open(arguments, eframe::Renderer::Wgpu),
+        // Software OpenGL paints the window in a fraction of the time that software Vulkan takes: it has ways of its own
+        // for rectangles of one texture.
+        false => open(arguments, eframe::Renderer::Glow).or_else(|error| {
+            tracing::debug!("no window by OpenGL: {error}");
+            open(arguments, eframe::Renderer::Wgpu)
         }),
-    );
+    };
     // A renderer that still draws its first picture is not reported as a crash.
     withdraw_crash_marks();
     if render_thread::any_abandoned() || loader_is_busy() {
@@ -85,6 +70,35 @@ pub fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
         let reason = text.rsplit(": ").next().unwrap_or_default().trim_end_matches('.');
         anyhow!("no window could be opened: {reason}; `surfelshop render` needs none")
     })
+}
+
+/// Shows the window until it is closed.
+fn open(arguments: &ViewerArguments, renderer: eframe::Renderer) -> eframe::Result {
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Surfelshop")
+            .with_app_id("surfelshop")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([480.0, 320.0]),
+        renderer,
+        wgpu_options: wgpu_options(),
+        // Pictures are shown as they are, and every pixel of the window takes less.
+        dithering: false,
+        ..Default::default()
+    };
+    let arguments = arguments.clone();
+    eframe::run_native(
+        "surfelshop",
+        options,
+        Box::new(move |cc| {
+            close_on_signal(&cc.egui_ctx);
+            let mut window = window::Window::new(&cc.egui_ctx, &arguments)?;
+            // A scene that is opened says how its views are.
+            window.settings.antialias = USUAL_ANTIALIAS;
+            window.document.usual_antialias = USUAL_ANTIALIAS;
+            Ok(Box::new(window))
+        }),
+    )
 }
 
 /// The options of the window's own device, with textures as large as the adapter allows: several

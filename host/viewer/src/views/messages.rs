@@ -4,9 +4,7 @@
 //! messages of both kinds.
 
 use crate::theme::dismiss;
-use eframe::egui::{
-    self, Align2, Context, Frame, Rect, Response, RichText, ScrollArea, Ui, vec2,
-};
+use eframe::egui::{self, Align2, Context, Frame, Rect, Response, RichText, ScrollArea, Ui, vec2};
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::path::Path;

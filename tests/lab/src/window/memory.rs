@@ -1,0 +1,64 @@
+//! What a window holds after long use: `window memory FILE...`.
+//!
+//! The real program at 1280 x 800 under Xvfb is switched to the next renderer 2,000 times, and then opens 200 files,
+//! one after the other; its resident memory after 20 of each stands beside that at the end.
+
+use super::pause;
+use anyhow::{Context as _, Result};
+use std::time::Duration;
+use surfelshop_tests::screen::{Program, Screen};
+
+const SIZE: [u32; 2] = [1280, 800];
+const N_SWITCHES: usize = 2000;
+const N_FILES: usize = 200;
+
+pub(super) fn run(files: &[String]) -> Result<()> {
+    let files: Vec<_> = files.iter().map(std::path::absolute).collect::<Result<_, _>>()?;
+    let first = files.first().context("expected files of clouds")?;
+    let state = tempfile::tempdir()?;
+    let screen = Screen::start(SIZE);
+    let mut program = Program::start_with(&screen, &[first.as_os_str()], state.path(), &[]);
+    let focus = "search --sync --onlyvisible --name Surfelshop windowmove 0 0 windowsize 100% 100% windowfocus";
+    screen.xdotool(focus);
+    program.picture(0, "ewa-phong");
+    pause(3.0);
+    let told = |n: usize, what: &str, program: &Program<'_>| -> Result<()> {
+        println!("{n} {what}: {} MB", resident_bytes(program.child.id())? / 1_000_000);
+        Ok(())
+    };
+    told(0, "switches", &program)?;
+    for n in 1..=N_SWITCHES {
+        program.key("r");
+        // A renderer that is only passed through may have no picture.
+        let _is_there = program.says(&["picture", "pane=0"], Duration::from_secs(2));
+        program.seen.clear();
+        if matches!(n, 20 | 200 | 500 | 1000 | 1500 | N_SWITCHES) {
+            pause(5.0);
+            told(n, "switches", &program)?;
+        }
+    }
+    for n in 1..=N_FILES {
+        program.key("ctrl+o");
+        program.said(&["a file dialog of the program's own"]);
+        pause(0.3);
+        let file = &files[n % files.len()];
+        screen.xdotool(&format!("type --delay 4 {}", file.display()));
+        pause(0.2);
+        program.key("Return");
+        program.said(&["picture", "pane=0", "full detail"]);
+        program.seen.clear();
+        if matches!(n, 20 | 50 | 100 | 150 | N_FILES) {
+            pause(5.0);
+            told(n, "files", &program)?;
+        }
+    }
+    Ok(())
+}
+
+/// Memory of a process that is in use, bytes.
+fn resident_bytes(pid: u32) -> Result<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let number = line.and_then(|line| line.trim().trim_end_matches("kB").trim().parse().ok());
+    Ok(1024 * number.unwrap_or(0u64))
+}
