@@ -55,15 +55,14 @@ const LEVELS: [Detail; 10] = [
     Detail { stride: 64, coarseness: 4 },
 ];
 
-/// Milliseconds a frame in motion may take: 25 frames a second, which with the window's own work leaves
-/// 15.
-const BUDGET_MS: f64 = 40.0;
+/// Milliseconds a frame in motion may take: 25 frames a second, with the window's own work.
+const BUDGET_MS: f64 = 36.0;
 
-/// The bound where a full frame takes long: ten frames a second still follow the hand and show more.
-const LONGEST_MS: f64 = 100.0;
+/// The bound where a full frame takes long: 15 frames a second still follow the hand and show more.
+const LONGEST_MS: f64 = 62.0;
 
 /// Between the two bounds a frame in motion may take this fraction of a full frame.
-const FULL_FRAME_FRACTION: f64 = 4.0;
+const FULL_FRAME_FRACTION: f64 = 8.0;
 
 /// Time without a change after which full detail is drawn.
 const STILL_DELAY: Duration = Duration::from_millis(150);
@@ -115,7 +114,10 @@ impl Governor {
         }
         let step = LEVELS.iter().position(|detail| *detail == drawn).unwrap_or(self.step);
         if over > 1.0 {
-            let steps = over.log2().ceil().clamp(1.0, LEVELS.len() as f64) as usize;
+            // The first guess comes from a full frame: one that is too slow would be felt, one that is too
+            // coarse is finer in the next.
+            let share = if drawn.is_full() { 1.5 } else { 1.0 };
+            let steps = (share * over.log2()).ceil().clamp(1.0, LEVELS.len() as f64) as usize;
             // A still frame never refines the level that motion has found.
             self.step = (step + steps).min(LEVELS.len() - 1).max(self.step);
         } else if over < 0.45 {
@@ -170,12 +172,13 @@ mod tests {
             (governor.budget_ms(), governor.still_delay().as_millis())
         };
         assert_eq!(Governor::default().still_delay(), STILL_DELAY);
-        assert_eq!(after(20.0), (40.0, 150));
-        assert_eq!(after(240.0), (60.0, 150));
-        assert_eq!(after(800.0), (100.0, 400));
-        assert_eq!(after(9000.0), (100.0, 500));
+        assert_eq!(after(20.0), (36.0, 150));
+        assert_eq!(after(240.0), (36.0, 150));
+        assert_eq!(after(400.0), (50.0, 200));
+        assert_eq!(after(800.0), (62.0, 400));
+        assert_eq!(after(9000.0), (62.0, 500));
         // An impossible time is ignored.
-        assert_eq!(after(f64::NAN), (40.0, 150));
+        assert_eq!(after(f64::NAN), (36.0, 150));
         assert_eq!(after(f64::INFINITY).1, 500);
     }
 

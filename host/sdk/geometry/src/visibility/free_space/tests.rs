@@ -101,6 +101,26 @@ fn bodies_and_land_are_seen_from_outside() {
     }
 }
 
+/// As measured: between the coils of the Stanford dragon, and in a wood whose leaves have fronts.
+#[test]
+fn between_the_coils_of_a_body_is_not_within() {
+    let place = |enclosure: f32, sees: f32, from_outside: f32| Place {
+        position: Vec3::ZERO,
+        clearance: 1.0,
+        enclosure,
+        sees,
+        from_outside,
+    };
+    assert!(!is_seen_from_within(&[place(0.68, 0.19, 0.99)]));
+    assert!(is_seen_from_within(&[place(0.89, 0.39, 0.9)]));
+    // One of many rooms, whose walls have their fronts within.
+    assert!(is_seen_from_within(&[place(1.0, 0.16, 0.5)]));
+    let figure = places(&scenes::figure(8000), MID_AIR, 1);
+    assert!(figure[0].from_outside > 0.95, "{figure:?}");
+    let room = places(&scenes::room(150.0), EYES, 1);
+    assert!(room[0].from_outside < 0.6, "{room:?}");
+}
+
 #[test]
 fn up_may_be_any_direction_and_strays_do_no_harm() {
     let mut room = scenes::room(150.0);
