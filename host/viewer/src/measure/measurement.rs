@@ -20,7 +20,7 @@ use surfelshop_evaluate::compare::measured::errors;
 use surfelshop_evaluate::report::cells::Cell;
 use surfelshop_image::Image;
 use surfelshop_image::metrics::Comparison;
-use surfelshop_image::outputs::four_components;
+use surfelshop_image::outputs::{self, four_components};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::options::camera;
 use surfelshop_session::options::camera::Extent;
@@ -113,7 +113,7 @@ impl Measurement {
     }
 
     /// The small picture of a subject, once it is drawn.
-    pub(super) fn picture(&self, ctx: &Context, i: usize) -> Option<TextureId> {
+    pub(crate) fn picture(&self, ctx: &Context, i: usize) -> Option<TextureId> {
         self.pictures.texture(ctx, i)
     }
 
@@ -259,7 +259,9 @@ impl Measurement {
                 self.fail(format!("{name}: {line}; there is nothing to measure against"));
             }
             (Step::Draw(i), Ok(rendered)) => {
-                self.pictures.put(i, rendered.size, &rendered.levels);
+                // Pictures that are measured have no levels of their own.
+                let levels = outputs::levels(&rendered.color, &self.basis.display);
+                self.pictures.put(i, rendered.size, &levels);
                 if let Some(work) = &mut self.work {
                     work.drawn = Some((color(&rendered), rendered.frame_ms));
                 }

@@ -159,12 +159,16 @@ fn both_sides_are_measured_and_one_that_is_no_number_says_so() {
 fn a_sweep_has_a_point_for_each_value_and_a_click_on_it_sets_the_parameter() {
     let mut screen = with_panel("fine");
     run_gain_series(&mut screen, "0.5, 1, 2, 2, 3");
+    let ctx = screen.harness.ctx.clone();
     let found = series(screen.window());
     assert_eq!(found.status, Status::Done);
     let cells: Vec<_> = found.cells.iter().map(|cell| cell.as_ref().unwrap()).collect();
     let values: Vec<&str> = cells.iter().map(|cell| cell.value.as_str()).collect();
     assert_eq!(values, ["0.5", "1", "2", "3"]);
     assert!(cells.iter().all(|cell| cell.fault.is_none() && cell.runs.len() == 2), "{cells:?}");
+    // Each card has a picture.
+    let pictures: Vec<_> = (0..4).map(|i| found.picture(&ctx, i)).collect();
+    assert!(pictures.iter().all(Option::is_some), "{pictures:?}");
     // The errors are those of the factor times one and the same picture.
     let rmse: Vec<f64> = cells.iter().map(|cell| cell.error("rmse").unwrap()).collect();
     assert!(rmse[0] > 0.01 && rmse[1] == 0.0, "{rmse:?}");
