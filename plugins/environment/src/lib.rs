@@ -91,7 +91,7 @@ params! {
         /// How much of a metal the surface is, in the ggx model.
         metallic: f32 { default: 0.0, range: 0.0..=1.0 },
         /// Whether light counts that microfacets reflect more than once.
-        multiple_scattering: bool { default: true, label: "multiple scattering" },
+        multiple_scattering: bool { default: true, label: "multi-scatter" },
         /// Eccentricity of the thesis's model: 0 is a mirror, 1 dull.
         c: f32 { default: 0.3, range: 0.0..=1.0, label: "lobe width (thesis)" },
         /// Where light is computed.

@@ -100,7 +100,8 @@ pub(crate) fn numbers<'a>(
 }
 
 /// The unit of coordinates, where all clouds say the same one and it has a sign.
-fn length_unit(clouds: &[&Cloud]) -> Option<&'static str> {
+#[must_use]
+pub fn length_unit(clouds: &[&Cloud]) -> Option<&'static str> {
     let mut all = clouds.iter().map(|cloud| cloud.source().metres());
     let first = all.next()??;
     if !all.all(|metres| metres == Some(first)) {

@@ -61,14 +61,20 @@ fn question(ui: &mut Ui, manifest: &Manifest, deletes: bool) -> Option<Answer> {
         ],
         false => &[
             ("recover", "opens the scene they belong to, with these edits", Answer::Recover),
-            ("delete", "asks once more", Answer::Delete),
             ("later", "the next start asks again", Answer::Later),
+            ("delete", "asks once more", Answer::Delete),
         ],
     };
     let mut answer = None;
     ui.horizontal(|ui| {
         for (text, tip, is) in answers {
-            if ui.button(*text).on_hover_text(*tip).clicked() {
+            let button = ui.button(*text).on_hover_text(*tip);
+            // Enter takes what loses nothing.
+            let is_safe = matches!(is, Answer::Recover | Answer::Back);
+            if is_safe && ui.memory(|memory| memory.focused().is_none()) {
+                button.request_focus();
+            }
+            if button.clicked() {
                 answer = Some(*is);
             }
         }

@@ -34,8 +34,8 @@ pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
             request("Save the scene", "scenes", &["toml"], purpose)
         }
         DialogPurpose::SaveCloud(index) => {
-            let name = suggested_name(window, *index);
             let written = window.plugins.formats().endings(true);
+            let name = suggested_name(window, *index, &written);
             let known: Vec<&str> =
                 std::iter::once("ply").chain(written.iter().map(String::as_str)).collect();
             let endings = written.clone();
@@ -63,15 +63,20 @@ pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
     }
 }
 
-/// A name for an edited cloud, other than the one of its source file.
-fn suggested_name(window: &Window, index: usize) -> String {
+/// A name for an edited cloud, other than the one of its source file: of the same format where that can be written.
+fn suggested_name(window: &Window, index: usize, written: &[String]) -> String {
     let all = window.document.clouds.as_ref().map(|shown| shown.open_clouds.all());
     let Some(open_cloud) = all.and_then(|all| all.get(index)) else {
         return "cloud.ply".to_owned();
     };
-    let name = open_cloud.name().replace(".ply", "");
+    let name = open_cloud.name();
+    let (name, ending) = match name.rsplit_once('.') {
+        Some((name, ending)) if written.iter().any(|known| known == ending) => (name, ending),
+        Some((name, "ply")) => (name, "ply"),
+        _ => (name.as_str(), "ply"),
+    };
     let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     let name: String = name.chars().map(plain).collect();
     let name = name.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-");
-    format!("{name}-edited.ply")
+    format!("{name}-edited.{ending}")
 }

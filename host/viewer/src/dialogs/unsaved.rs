@@ -133,7 +133,12 @@ fn question(
             ("discard", "the edits are lost", Answer::Discard),
             ("cancel", "everything stays as it is", Answer::Cancel),
         ] {
-            if ui.button(text).on_hover_text(tip).clicked() {
+            let button = ui.button(text).on_hover_text(tip);
+            // Enter takes what loses nothing.
+            if is == Answer::Save && ui.memory(|memory| memory.focused().is_none()) {
+                button.request_focus();
+            }
+            if button.clicked() {
                 answer = Some(is);
             }
         }

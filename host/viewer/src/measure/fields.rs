@@ -41,8 +41,8 @@ pub(super) fn reference(window: &mut Window, ui: &mut Ui) {
     });
     match window.measure.form.against(window) {
         ReferenceChoice::Itself => {
-            let label = format!("best {}", knob.unwrap_or_default());
-            row(ui, &label, "The value that counts as right.", |ui| {
+            let about = format!("The value of {} that counts as right.", knob.unwrap_or_default());
+            row(ui, "best value", &about, |ui| {
                 ui.text_edit_singleline(&mut window.measure.form.best)
             });
         }

@@ -30,6 +30,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
                 let hint = hands::hint(&window.views.hands.mode)
                     .unwrap_or_else(|| window.camera_mode().hint());
                 let shows = window.document.clouds.is_some() && !window.shows_start_page();
+                let text = if shows { text } else { "" };
                 match text.is_empty() && shows {
                     true => ui.add(Label::new(egui::RichText::new(hint).weak()).truncate()),
                     false => ui.add(Label::new(text).truncate()),

@@ -3,12 +3,13 @@
 use super::{SAMPLE, Screen, built_plugins};
 use crate::ViewerArguments;
 use crate::commands::{self, COMMANDS, name_alone, palette_entries};
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Event, Key, Modifiers, pos2};
 use egui_kittest::kittest::Queryable as _;
 use glam::DVec3;
 use surfelshop_api::Projection;
 use surfelshop_cloud::display::{Attribute, ColorBy};
 use surfelshop_cloud::scene::Axis;
+use surfelshop_session::input::sample::find_sample;
 use surfelshop_session::options::{DeviceArguments, UpAxis};
 
 fn run(screen: &mut Screen, id: &str) {
@@ -181,6 +182,32 @@ fn looks_are_one_step_of_undo_each_and_the_menu_marks_the_one_that_is_shown() {
     assert_eq!(screen.window().settings, before, "it is how new files are shown");
 }
 
+/// A key that is down as part of a shortcut does not fly, even where the other one is let go first.
+#[test]
+fn shortcuts_do_not_move_the_camera() {
+    let mut screen = Screen::sample();
+    let size = screen.harness.ctx.content_rect().size();
+    let middle = pos2(0.42 * size.x, 0.7 * size.y);
+    screen.harness.hover_at(middle);
+    screen.settle();
+    let before = screen.window().views.camera;
+    let press = |screen: &mut Screen, pressed: bool, modifiers: Modifiers, repeat: bool| {
+        let (key, physical_key) = (Key::S, None);
+        let event = Event::Key { key, physical_key, pressed, repeat, modifiers };
+        screen.harness.event(event);
+        screen.frames();
+    };
+    press(&mut screen, true, Modifiers::ALT, false);
+    press(&mut screen, true, Modifiers::NONE, true);
+    screen.frames();
+    assert_eq!(screen.window().views.camera, before);
+    press(&mut screen, false, Modifiers::NONE, false);
+    press(&mut screen, true, Modifiers::NONE, false);
+    screen.frames();
+    assert_ne!(screen.window().views.camera, before, "alone it flies");
+    press(&mut screen, false, Modifiers::NONE, false);
+}
+
 #[test]
 fn the_up_axis_is_remembered_for_files_of_a_kind() {
     let mut screen = Screen::sample();
@@ -202,12 +229,18 @@ fn the_up_axis_is_remembered_for_files_of_a_kind() {
     run(&mut screen, "up-z");
     screen.window().document.typed_up = UpAxis::Auto;
     let ctx = screen.harness.ctx.clone();
-    for (remembered, expected) in [(true, UpAxis::Z), (false, UpAxis::Y)] {
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("other.ply");
+    std::fs::copy(SAMPLE, &other).unwrap();
+    let cases = [(true, &other, UpAxis::Z), (false, &other, UpAxis::Y)];
+    // The program's own stands as it is made.
+    let sample = find_sample().unwrap();
+    for (remembered, file, expected) in [(true, &sample, UpAxis::Y)].into_iter().chain(cases) {
         if !remembered {
             screen.window().preferences.up.clear();
         }
         let n_opened = screen.window().document.n_opened;
-        screen.window().open(&ctx, vec![SAMPLE.into()]);
+        screen.window().open(&ctx, vec![file.clone()]);
         screen.until("the file", |window| window.document.n_opened > n_opened);
         assert_eq!(screen.window().document.up, expected);
     }

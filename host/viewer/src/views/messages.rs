@@ -90,12 +90,12 @@ impl Messages {
 
     fn add(&mut self, text: String, warns: bool) {
         tracing::debug!(warns, text, "message");
-        let times = match self.lines.back() {
-            Some(last) if last.text == text && last.warns == warns => {
-                self.lines.pop_back().map_or(1, |last| last.times + 1)
-            }
-            _ => 1,
-        };
+        // What is still shown is not shown twice.
+        let same = |last: &Message| last.text == text && last.warns == warns;
+        let again = self.lines.iter().rposition(|line| same(line) && line.remaining().is_some());
+        let last = self.lines.len().checked_sub(1).filter(|&last| same(&self.lines[last]));
+        let before = again.or(last).and_then(|at| self.lines.remove(at));
+        let times = before.map_or(1, |before| before.times + 1);
         self.lines.push_back(Message {
             text,
             warns,

@@ -138,9 +138,11 @@ pub(crate) fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &s
 
 /// The scale of the heat map, along the right edge.
 fn scale(painter: &egui::Painter, rect: Rect, full: f32) {
+    // Below the axes.
+    let top = if rect.height() > 400.0 { 130.0 } else { 30.0 };
     let bar = Rect::from_min_size(
-        pos2(rect.right() - 30.0, rect.top() + 30.0),
-        vec2(14.0, (rect.height() - 60.0).clamp(20.0, 200.0)),
+        pos2(rect.right() - 30.0, rect.top() + top),
+        vec2(14.0, (rect.height() - top - 30.0).clamp(20.0, 200.0)),
     );
     let steps = 64;
     for i in 0..steps {

@@ -73,6 +73,8 @@ impl Window {
     /// The axis that points upwards in files where they do not say it: as it was typed, or chosen for their kind.
     pub(super) fn up_of(&self, files: &[PathBuf]) -> UpAxis {
         match self.document.typed_up {
+            // What was chosen for other files does not turn the program's own.
+            UpAxis::Auto if is_sample(files) => UpAxis::default(),
             UpAxis::Auto => self.preferred_up(files).unwrap_or_default(),
             typed => typed,
         }
@@ -369,4 +371,9 @@ impl Window {
             }
         }
     }
+}
+
+/// Whether these files are the sample that comes with the program.
+fn is_sample(files: &[PathBuf]) -> bool {
+    files.len() == 1 && find_sample().is_ok_and(|sample| files[0] == sample)
 }

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use surfelshop_api::UnitKind;
 use surfelshop_api::params::{ParamDecl, ParamKind, Values};
+use surfelshop_cloud::display::length_unit;
 use surfelshop_cloud::scene::CloudRenderer;
 use surfelshop_cloud::{Loaded, in_groups};
 use surfelshop_runtime::plugins::Registry;
@@ -151,7 +152,8 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
             size => format!("{size:.3e}"),
         };
         let text = size.to_array().map(digits).join(" x ");
-        fact(ui, "size", "Along x, y and z, scene units.", &text);
+        let unit = length_unit(&[cloud]).map(|unit| format!(" {unit}")).unwrap_or_default();
+        fact(ui, "size", "Along x, y and z, in the file's units.", &format!("{text}{unit}"));
     }
     let columns = cloud.columns().iter().map(|column| column.name()).collect::<Vec<_>>();
     fact(ui, "columns", "What is known of each surfel.", &columns.join(", "));

@@ -6,7 +6,7 @@ use crate::preferences::Orbit;
 use crate::views::hands::HandMode;
 use crate::views::{measuring, navigation, picking};
 use crate::window::Window;
-use eframe::egui::{self, Color32, Key, Painter, PointerButton, Rect, Stroke, Ui, Vec2};
+use eframe::egui::{self, Color32, Event, Key, Painter, PointerButton, Rect, Stroke, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 impl Panes<'_> {
@@ -166,14 +166,35 @@ const WALK: f64 = 3.0;
 /// How many times as fast one is with Shift.
 const RUN: f64 = 5.0;
 
+/// The keys that are down and went down by themselves: one that was pressed as part of a shortcut moves nothing, even
+/// where the other key is let go first.
+fn held_keys(ui: &Ui) -> Vec<Key> {
+    let id = egui::Id::unique("keys that fly");
+    let mut held: Vec<Key> = ui.data(|data| data.get_temp(id)).unwrap_or_default();
+    ui.ctx().input(|input| {
+        for event in &input.events {
+            if let Event::Key { key, pressed, repeat: false, modifiers, .. } = event {
+                held.retain(|other| other != key);
+                if *pressed && !(modifiers.alt || modifiers.ctrl || modifiers.command) {
+                    held.push(*key);
+                }
+            }
+        }
+        held.retain(|key| input.key_down(*key));
+    });
+    ui.data_mut(|data| data.insert_temp(id, held.clone()));
+    held
+}
+
 /// Flies with the keys while the pointer is over a picture: W A S D, E up, Q down. Who walks in a scan whose units are
 /// known has the speed of a person; others go so many times the distance to what they look at in a second.
 fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera, metres_per_unit: Option<f64>) {
     if ui.ctx().egui_wants_keyboard_input() {
         return;
     }
+    let held = held_keys(ui);
     let (keys, seconds) = ui.ctx().input(|input| {
-        let down = |key: Key| f64::from(u8::from(input.key_down(key)));
+        let down = |key: Key| f64::from(u8::from(held.contains(&key)));
         let step = DVec3::new(
             down(Key::D) - down(Key::A),
             down(Key::E) - down(Key::Q),

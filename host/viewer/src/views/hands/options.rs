@@ -9,7 +9,7 @@ use crate::plugins::{Readiness, title_and_summary};
 use crate::theme::space;
 use crate::views::measuring;
 use crate::window::Window;
-use eframe::egui::{self, Align2, ComboBox, Context, DragValue, Rect, Slider, TextEdit, Ui, vec2};
+use eframe::egui::{self, ComboBox, Context, DragValue, Rect, Slider, TextEdit, Ui, vec2};
 use surfelshop_api::{Dabs, Falloff, Reach};
 use surfelshop_cloud::in_groups;
 
@@ -35,8 +35,8 @@ pub(crate) fn show(window: &mut Window, ctx: &Context, pictures: Rect) {
         .open(&mut open)
         .resizable(false)
         .default_width(270.0)
-        .pivot(Align2::RIGHT_BOTTOM)
-        .default_pos(pictures.max - vec2(2.0 * space::MEDIUM, 2.0 * space::MEDIUM))
+        // Below the views' rows and captions, where neither legend nor scale bar nor axes are.
+        .default_pos(pictures.min + vec2(space::MEDIUM, 70.0))
         .show(ctx, |ui| {
             ui.set_max_width(300.0);
             match &mode {
