@@ -121,7 +121,8 @@ impl Visit<'_> {
         pause(1.0);
         self.key("t");
         pause(0.5);
-        self.drag([width / 2 - 160, height / 2 - 60], [width / 2 - 20, height / 2 + 60]);
+        // Clear of the window with what a selection does.
+        self.drag([width / 2 + 10, height / 2 + 20], [width / 2 + 150, height / 2 + 110]);
         pause(3.0);
         self.shot("selected")?;
         self.key("Delete");

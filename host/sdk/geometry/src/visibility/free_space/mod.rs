@@ -88,7 +88,7 @@ pub fn viewpoints(
     let clearances = cells.clearances(&part(progress, 0.2..0.4))?;
     let candidates = one_per_block(&cells, &clearances, eyes);
     let scan = Scan::of(positions, normals, &part(progress, 0.4..0.6))?;
-    let from_outside = scan.from_outside();
+    let from_outside = scan.seen_outside();
     let looked = map(candidates.len(), &part(progress, 0.6..0.95), |i| {
         let (place, clearance) = candidates[i];
         let seen = scan.look(cells.middle(place), clearance * cells.edge as f32);
@@ -264,7 +264,7 @@ impl Scan {
     }
 
     /// The share of samples that is seen from far away, from any side.
-    fn from_outside(&self) -> f32 {
+    fn seen_outside(&self) -> f32 {
         let away = |i: usize| OUTSIDE * evenly(i, SIDES);
         self.share(|i| (0..SIDES).any(|side| self.is_seen(i, away(side))))
     }
