@@ -3,7 +3,7 @@
 //! The real program at 1280 x 800 under Xvfb is switched to the next renderer 2,000 times, and then opens 200 files,
 //! one after the other; its resident memory after 20 of each stands beside that at the end.
 
-use super::pause;
+use super::{FILL, pause};
 use anyhow::{Context as _, Result};
 use std::time::Duration;
 use surfelshop_tests::screen::{Program, Screen};
@@ -18,8 +18,7 @@ pub(super) fn run(files: &[String]) -> Result<()> {
     let state = tempfile::tempdir()?;
     let screen = Screen::start(SIZE);
     let mut program = Program::start_with(&screen, &[first.as_os_str()], state.path(), &[]);
-    let focus = "search --sync --onlyvisible --name Surfelshop windowmove 0 0 windowsize 100% 100% windowfocus";
-    screen.xdotool(focus);
+    screen.xdotool(FILL);
     program.picture(0, "ewa-phong");
     pause(3.0);
     let told = |n: usize, what: &str, program: &Program<'_>| -> Result<()> {

@@ -16,6 +16,10 @@ use surfelshop_tests::screen::{Program, Screen};
 const SCREENS: [(&str, [u32; 2], u32); 3] =
     [("720", [1280, 720], 1), ("1080", [1920, 1080], 1), ("200-percent", [2560, 1440], 2)];
 
+/// Makes the window as large as the screen, and gives it the keys.
+const FILL: &str =
+    "search --sync --onlyvisible --name Surfelshop windowmove 0 0 windowsize 100% 100% windowfocus";
+
 const SAMPLE: &str = "assets/sample.ply";
 
 pub(crate) fn run() -> Result<()> {
@@ -60,10 +64,7 @@ struct Visit<'a> {
 
 impl Visit<'_> {
     fn ten_minutes(&mut self, scan: &Path, folder: &Path) -> Result<()> {
-        self.screen.xdotool(
-            "search --sync --onlyvisible --name Surfelshop windowmove 0 0 windowsize 100% 100%",
-        );
-        self.screen.xdotool("search --sync --onlyvisible --name Surfelshop windowfocus");
+        self.screen.xdotool(FILL);
         pause(2.0);
         self.shot("start-page")?;
         self.key("ctrl+o");

@@ -5,7 +5,7 @@
 //! kept; on a quiet machine, and again beside a process that takes a core. Last, what the window takes while nothing
 //! moves.
 
-use super::pause;
+use super::{FILL, pause};
 use anyhow::{Context as _, Result};
 use glam::DVec3;
 use std::fmt::Write as _;
@@ -42,8 +42,7 @@ pub(super) fn run(files: &[String]) -> Result<()> {
             let screen = Screen::start(SIZE);
             let mut program =
                 Program::start_with(&screen, &[scene.path.as_os_str()], state.path(), &[]);
-            let focus = "search --sync --onlyvisible --name Surfelshop windowmove 0 0 windowsize 100% 100% windowfocus";
-            screen.xdotool(focus);
+            screen.xdotool(FILL);
             program.picture(0, "ewa-phong");
             // Antialiasing, and a subset that is shown until all is uploaded, are over.
             while program.says(&["pane=0", "picture"], Duration::from_secs(6)) {}
