@@ -54,9 +54,13 @@ pub fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
         true => open(arguments, eframe::Renderer::Wgpu),
         // Software OpenGL paints the window in a fraction of the time that software Vulkan takes: it has ways of its own
         // for rectangles of one texture.
-        false => open(arguments, eframe::Renderer::Glow).or_else(|error| {
-            tracing::debug!("no window by OpenGL: {error}");
-            open(arguments, eframe::Renderer::Wgpu)
+        false => open(arguments, eframe::Renderer::Glow).or_else(|error| match error {
+            // Without a screen, or where the program itself could not start, Vulkan would not do either.
+            eframe::Error::WinitEventLoop(_) | eframe::Error::AppCreation(_) => Err(error),
+            error => {
+                tracing::debug!("no window by OpenGL: {error}");
+                open(arguments, eframe::Renderer::Wgpu)
+            }
         }),
     };
     // A renderer that still draws its first picture is not reported as a crash.
