@@ -64,6 +64,10 @@ const LONGEST_MS: f64 = 62.0;
 /// Between the two bounds a frame in motion may take this fraction of a full frame.
 const FULL_FRAME_FRACTION: f64 = 8.0;
 
+/// Where surfels are kept from one frame to the next, as while a light moves, a finer level costs one frame in which
+/// they are drawn anew: up to so many milliseconds, half of what the hand notices.
+const LONGEST_ANEW_MS: f64 = 75.0;
+
 /// Time without a change after which full detail is drawn.
 const STILL_DELAY: Duration = Duration::from_millis(150);
 
@@ -77,6 +81,10 @@ pub(crate) struct Governor {
     step: usize,
     /// Time of the last full frame, milliseconds; 0 before the first.
     full_frame_ms: f64,
+    /// Time of the last frame of this level whose surfels were drawn, milliseconds; 0 before the first.
+    anew_ms: f64,
+    /// Whether the last frame had its surfels from before, and the level was made finer after it.
+    refined_at_rest: bool,
 }
 
 impl Governor {
@@ -105,21 +113,34 @@ impl Governor {
     }
 
     /// Adapts the level to a frame: coarser by one level for each doubling of the budget, or finer by one
-    /// where a frame of twice the time would fit.
-    pub(crate) fn adapt(&mut self, drawn: Detail, milliseconds: f64) {
+    /// where a frame of twice the time would fit. `reused` says that its surfels are those of the frame before.
+    pub(crate) fn adapt(&mut self, drawn: Detail, milliseconds: f64, reused: bool) {
         self.record_full_frame(drawn, milliseconds);
         let over = milliseconds / self.budget_ms();
         if drawn != self.detail() && !(drawn.is_full() && over > 1.0) {
             return;
         }
         let step = LEVELS.iter().position(|detail| *detail == drawn).unwrap_or(self.step);
-        if over > 1.0 {
+        if !reused {
+            self.anew_ms = milliseconds;
+        }
+        // The one frame that a finer level costs while surfels are kept.
+        let was_expected = std::mem::take(&mut self.refined_at_rest) && !reused;
+        let next = if over > 1.0 && !(was_expected && milliseconds < 2.0 * LONGEST_ANEW_MS) {
             let steps = over.log2().ceil().clamp(1.0, LEVELS.len() as f64) as usize;
             // A still frame never refines the level that motion has found.
-            self.step = (step + steps).min(LEVELS.len() - 1).max(self.step);
-        } else if over < 0.45 {
-            self.step = step.saturating_sub(1);
+            (step + steps).min(LEVELS.len() - 1).max(self.step)
+        } else if over < 0.45 && !(reused && 2.0 * self.anew_ms > LONGEST_ANEW_MS) {
+            self.refined_at_rest = reused;
+            step.saturating_sub(1)
+        } else {
+            self.step
+        };
+        if next > self.step {
+            // Coarser frames take less.
+            self.anew_ms = 0.0;
         }
+        self.step = next;
     }
 }
 
@@ -137,7 +158,7 @@ mod tests {
         };
         for _ in 0..40 {
             let detail = governor.detail();
-            governor.adapt(detail, time(detail));
+            governor.adapt(detail, time(detail), false);
         }
         (governor.detail(), time(governor.detail()), governor.budget_ms())
     }
@@ -167,7 +188,7 @@ mod tests {
     fn what_takes_long_may_take_longer_in_motion_and_is_waited_for() {
         let after = |full_frame_ms| {
             let mut governor = Governor::default();
-            governor.adapt(Detail::FULL, full_frame_ms);
+            governor.adapt(Detail::FULL, full_frame_ms, false);
             (governor.budget_ms(), governor.still_delay().as_millis())
         };
         assert_eq!(Governor::default().still_delay(), STILL_DELAY);
@@ -184,12 +205,36 @@ mod tests {
     #[test]
     fn a_still_frame_brings_detail_down_and_never_up() {
         let mut governor = Governor::default();
-        governor.adapt(Detail::FULL, 5000.0);
+        governor.adapt(Detail::FULL, 5000.0, false);
         let after = governor.detail();
         assert!(after.coarseness > 1, "{after:?}");
-        governor.adapt(Detail::FULL, 20.0);
+        governor.adapt(Detail::FULL, 20.0, false);
         assert_eq!(governor.detail(), after);
-        governor.adapt(after, 10.0);
+        governor.adapt(after, 10.0, false);
         assert_ne!(governor.detail(), after);
+    }
+
+    #[test]
+    fn kept_surfels_are_refined_as_far_as_drawing_them_once_is_not_noticed() {
+        // A light moves: 5 ms where surfels are kept, and 240 ms for all of them.
+        let mut governor = Governor::default();
+        let drawn = |detail: Detail| 5.0 + 240.0 / f64::from(detail.stride);
+        governor.adapt(Detail::FULL, drawn(Detail::FULL), false);
+        let mut longest: f64 = 0.0;
+        let mut last = Detail::FULL;
+        for _ in 0..200 {
+            let detail = governor.detail();
+            let reused = detail == last;
+            let milliseconds = if reused { 5.0 } else { drawn(detail) };
+            longest = longest.max(milliseconds);
+            governor.adapt(detail, milliseconds, reused);
+            last = detail;
+        }
+        assert_eq!(last, Detail { stride: 4, coarseness: 1 }, "finer than in motion, and it stays");
+        assert!(longest <= LONGEST_ANEW_MS, "{longest}");
+        // The view moves: within the budget again.
+        governor.adapt(last, drawn(last), false);
+        let moved = governor.detail();
+        assert!(drawn(moved) <= BUDGET_MS, "{moved:?}");
     }
 }

@@ -5,7 +5,7 @@ use super::view_request::ViewSlot;
 use std::sync::Arc;
 use surfelshop_api::View;
 use surfelshop_image::Image;
-use surfelshop_render::{Explanation, PassReport};
+use surfelshop_render::{Explanation, PassReport, PassState};
 
 /// A picture with what is known of it.
 #[derive(Clone)]
@@ -76,6 +76,13 @@ impl RenderedView {
     /// Whether it shows all surfels and pixels.
     pub(crate) fn is_full(&self) -> bool {
         self.detail.is_full() && self.upload_stride == 1
+    }
+
+    /// Whether its surfels are those of the picture before: another light falls on them.
+    pub(crate) fn keeps_surfels(&self) -> bool {
+        let mut of_surfels =
+            self.passes.iter().filter(|pass| pass.name.starts_with("surfels:")).peekable();
+        of_surfels.peek().is_some() && of_surfels.all(|pass| pass.state != PassState::Ran)
     }
 
     /// Whether it shows everything and is final.

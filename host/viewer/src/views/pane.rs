@@ -212,7 +212,8 @@ impl Side {
                 let is_traced = rendered.traced.as_ref().is_some_and(|traced| traced.of > 0);
                 let is_of_this = is_of_this && !is_traced;
                 if is_of_this && rendered.n_frames == 1 {
-                    self.governor.adapt(rendered.detail, rendered.milliseconds);
+                    let reused = rendered.keeps_surfels();
+                    self.governor.adapt(rendered.detail, rendered.milliseconds, reused);
                 } else if is_of_this {
                     self.governor.record_full_frame(rendered.detail, rendered.milliseconds);
                 }

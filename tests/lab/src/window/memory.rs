@@ -11,6 +11,8 @@ use surfelshop_tests::screen::{Program, Screen};
 const SIZE: [u32; 2] = [1280, 800];
 const N_SWITCHES: usize = 2000;
 const N_FILES: usize = 200;
+/// Switches that wait for the whole picture: more than there are renderers.
+const N_WHOLE: usize = 20;
 
 pub(super) fn run(files: &[String]) -> Result<()> {
     let files: Vec<_> = files.iter().map(std::path::absolute).collect::<Result<_, _>>()?;
@@ -28,9 +30,18 @@ pub(super) fn run(files: &[String]) -> Result<()> {
     told(0, "switches", &program)?;
     for n in 1..=N_SWITCHES {
         program.key("r");
-        // A renderer that is only passed through may have no picture.
-        let _is_there = program.says(&["picture", "pane=0"], Duration::from_secs(2));
+        // The first switches wait for whole pictures, so that each renderer has all that it needs; of one that is only
+        // passed through there may be none.
+        let (words, seconds): (&[_], _) = match n <= N_WHOLE {
+            true => (&["picture", "pane=0", "full detail"], 60),
+            false => (&["picture", "pane=0"], 2),
+        };
+        let _is_there = program.says(words, Duration::from_secs(seconds));
         program.seen.clear();
+        if n <= N_WHOLE {
+            // Until it is smooth, too.
+            pause(2.0);
+        }
         if matches!(n, 20 | 200 | 500 | 1000 | 1500 | N_SWITCHES) {
             pause(5.0);
             told(n, "switches", &program)?;
