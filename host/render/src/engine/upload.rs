@@ -39,6 +39,22 @@ impl Engine {
         }
     }
 
+    /// Makes what frames of a larger [`stride`](crate::RenderRequest::stride) are drawn from, so that the first one does
+    /// not wait for it: where the CPU draws, surfels that stand for several. Nothing where it is there.
+    ///
+    /// # Errors
+    /// Where a column that drawing needs is missing or of another type, or the device fails.
+    pub fn prepare_strides(&mut self, clouds: &[CloudView<'_>]) -> Result<(), RenderError> {
+        if !self.surfels.on_host(&self.gpu) {
+            return Ok(());
+        }
+        let columns = &mut self.columns;
+        let mut make = || {
+            clouds.iter().try_for_each(|cloud| columns.on_host(cloud, true, &|_| true).map(drop))
+        };
+        checked(&self.gpu.device, &mut make).map_err(RenderError::Device)?
+    }
+
     /// Takes what was made for this engine; what was made for another one is dropped.
     pub fn take(&mut self, supply: PreparedColumns) {
         if supply.engine == self.serial {

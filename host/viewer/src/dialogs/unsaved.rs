@@ -9,6 +9,9 @@ use crate::window::Window;
 use eframe::egui::{Context, Id, Modal, Ui, ViewportCommand};
 use std::path::Path;
 
+/// What is saved last, in place of a cloud's index.
+const SCENE: usize = usize::MAX;
+
 /// The question's width, points.
 const WIDTH: f32 = 460.0;
 
@@ -29,6 +32,19 @@ impl Window {
             None => self.document.history.has_undo(&now),
         };
         is_changed.then_some(path)
+    }
+
+    /// Whether other files would take the place of a scene that was put together here and is in no file: clouds that were
+    /// added, names, bookmarks, measurements. Closing loses none of it: the next start can open the last session.
+    fn loses_scene(&self) -> bool {
+        let Some(shown) = self.document.clouds.as_ref() else { return false };
+        let all = shown.open_clouds.all();
+        let is_made = all.len() > 1
+            || all.iter().any(|cloud| cloud.title().is_some())
+            || !(self.settings.measures.is_empty() && self.settings.bookmarks.is_empty());
+        self.document.scene_path.is_none()
+            && is_made
+            && self.document.history.has_undo(&self.snapshot())
     }
 
     /// Keeps the window open where closing it would lose edits, and asks. Called first in a frame, and
@@ -53,7 +69,7 @@ impl Window {
 
     /// Whether clouds that were read may replace the open ones; asks where edits would be lost.
     pub(crate) fn may_replace_clouds(&mut self) -> bool {
-        if self.document.replace_confirmed || !self.has_unsaved() {
+        if self.document.replace_confirmed || !(self.has_unsaved() || self.loses_scene()) {
             return true;
         }
         self.document
@@ -80,9 +96,13 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
     let names: Vec<String> =
         all.filter(|open_cloud| open_cloud.is_unsaved()).map(OpenCloud::name).collect();
-    let scene = window.changed_scene().map(|path| path.display().to_string());
+    let scene = match window.changed_scene() {
+        Some(path) => UnsavedScene::Changed(path.display().to_string()),
+        None if prompt.cause == PromptCause::Open && window.loses_scene() => UnsavedScene::New,
+        None => UnsavedScene::None,
+    };
     let shown = Modal::new(Id::unique("unsaved edits"))
-        .show(ctx, |ui| question(ui, prompt.cause, &names, scene.as_deref()));
+        .show(ctx, |ui| question(ui, prompt.cause, &names, &scene));
     let answer = if shown.should_close() { Some(Answer::Cancel) } else { shown.inner };
     match answer {
         None => {}
@@ -94,11 +114,20 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     }
 }
 
+/// What of the scene would be lost.
+enum UnsavedScene {
+    None,
+    /// What is not in its file.
+    Changed(String),
+    /// All of it: it has no file.
+    New,
+}
+
 fn question(
     ui: &mut Ui,
     cause: PromptCause,
     names: &[String],
-    scene: Option<&str>,
+    scene: &UnsavedScene,
 ) -> Option<Answer> {
     ui.set_max_width(WIDTH);
     ui.heading(match cause {
@@ -113,18 +142,29 @@ fn question(
         }
         ui.add_space(6.0);
     }
-    if let Some(scene) = scene {
-        ui.label("Changes of this scene are not in its file:");
-        ui.add_space(4.0);
-        ui.strong(scene);
-        ui.add_space(6.0);
+    match scene {
+        UnsavedScene::None => {}
+        UnsavedScene::Changed(scene) => {
+            ui.label("Changes of this scene are not in its file:");
+            ui.add_space(4.0);
+            ui.strong(scene);
+            ui.add_space(6.0);
+        }
+        UnsavedScene::New => {
+            ui.label("The scene as you put it together is in no file yet, and is lost otherwise.");
+            ui.add_space(6.0);
+        }
     }
     let save = match (names.is_empty(), scene) {
+        (true, UnsavedScene::New) => ("save …", "asks for a file for the scene"),
         (true, _) => ("save", "writes the scene's file again"),
-        (false, Some(_)) => {
+        (false, UnsavedScene::Changed(_)) => {
             ("save …", "asks for a file for each cloud, and writes the scene's again")
         }
-        (false, None) => ("save …", "asks for a file for each of them"),
+        (false, UnsavedScene::New) => {
+            ("save …", "asks for a file for each cloud and for the scene")
+        }
+        (false, UnsavedScene::None) => ("save …", "asks for a file for each of them"),
     };
     let mut answer = None;
     ui.horizontal(|ui| {
@@ -175,6 +215,15 @@ fn save(window: &mut Window, ctx: &Context, prompt: UnsavedPrompt, last: Option<
     }
     let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
     match all.enumerate().find(|(_, open_cloud)| open_cloud.is_unsaved()).map(|(i, _)| i) {
+        None if prompt.cause == PromptCause::Open && window.loses_scene() => {
+            // The dialog was cancelled, or the file could not be written, which is reported.
+            if last == Some(SCENE) {
+                return cancel(window);
+            }
+            files::open(window, ctx, DialogPurpose::SaveScene);
+            window.document.unsaved_prompt =
+                Some(UnsavedPrompt { saves: Some(Some(SCENE)), ..prompt });
+        }
         None => {
             if let Some(path) = window.changed_scene().map(Path::to_owned) {
                 window.save_scene(&path);

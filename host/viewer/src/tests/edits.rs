@@ -152,6 +152,40 @@ fn other_files_take_the_place_of_edits_after_a_question() {
     assert!(screen.close());
 }
 
+/// Invariant: a scene that was put together in the window is not replaced without a question
+/// Costs 4 s
+#[test]
+fn other_files_take_the_place_of_a_scene_in_no_file_after_a_question() {
+    const QUESTION: &str = "Save edits before opening other files?";
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("other.ply");
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                property float z\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+    std::fs::write(&other, text).unwrap();
+    let mut screen = Screen::open(&[SAMPLE]);
+    let context = screen.harness.ctx.clone();
+    // A look of its own is no work that is lost.
+    screen.window().settings.scene.exposure_stops = 1.5;
+    screen.settle();
+    let n_clouds = |screen: &mut Screen| items(screen.window()).len();
+    screen.window().add(&context, vec![other.clone()]);
+    screen.until("both", |window| items(window).len() == 2);
+    screen.settle();
+    assert!(!screen.window().has_unsaved(), "closing loses nothing");
+    screen.window().open(&context, vec![other.clone()]);
+    screen.until_label(QUESTION);
+    assert!(
+        screen.asks("The scene as you put it together is in no file yet, and is lost otherwise.")
+    );
+    screen.click("cancel");
+    screen.until("the answer", |window| window.document.loader.is_none());
+    assert_eq!(n_clouds(&mut screen), 2);
+    let scene = folder.path().join("both.scene.toml");
+    screen.window().save_scene(&scene);
+    screen.window().open(&context, vec![other]);
+    screen.until("the other", |window| items(window).len() == 1);
+}
+
 /// The program of the test below, not a test itself.
 #[test]
 fn edits_until_killed() {

@@ -99,7 +99,8 @@ fn middle_of_view([width, height]: [u32; 2]) -> [i32; 2] {
 
 /// Drags back and forth from a place, and returns when the drag began, when each picture arrived, and when it ended.
 fn drag(screen: &Screen, program: &mut Program<'_>, [x0, y0]: [i32; 2]) -> Vec<Instant> {
-    let mut line = format!("mousemove {x0} {y0} sleep 0.3 mousedown 1");
+    screen.xdotool(&format!("mousemove {x0} {y0} sleep 0.3 mousedown 1 sleep 0.1"));
+    let mut line = String::new();
     let n_steps = (DRAG / STEP) as i32;
     for step in 1..=n_steps {
         let phase = f64::from(step) * 0.04;
@@ -109,9 +110,8 @@ fn drag(screen: &Screen, program: &mut Program<'_>, [x0, y0]: [i32; 2]) -> Vec<I
     line.push_str(" mouseup 1");
     let mut arrivals = Vec::new();
     std::thread::scope(|scope| {
-        let mover = scope.spawn(|| screen.xdotool(&line));
-        std::thread::sleep(Duration::from_millis(300));
         arrivals.push(Instant::now());
+        let mover = scope.spawn(|| screen.xdotool(line.trim_start()));
         while !mover.is_finished() {
             if program.says(&["picture", "pane=0"], Duration::from_millis(50)) {
                 arrivals.push(Instant::now());

@@ -3,6 +3,7 @@
 use super::draw::rendered_view;
 use super::refining_view::{FrameUse, RefiningView};
 use super::state::{RenderWorker, is_stopped};
+use crate::render_thread::cloud_upload::LARGE;
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::{RenderedView, ViewReply};
 use crate::render_thread::view_request::{ViewRequest, ViewSlot};
@@ -33,8 +34,13 @@ impl RenderWorker {
     ) {
         if request.in_motion {
             self.moved = Some(Instant::now());
-        } else if rendered.refines {
+            return;
+        }
+        if rendered.refines {
             self.refining.push_back(RefiningView::new(slot, rendered, self.n_drawn));
+        }
+        if !request.for_measurement {
+            self.unprepared = Some(slot);
         }
     }
 
@@ -44,14 +50,18 @@ impl RenderWorker {
         self.refining.retain(|refining| refining.slot != slot);
     }
 
-    /// From when on a picture may be refined, if there is one.
+    /// From when on a picture may be refined, or its motion prepared, if there is one.
     pub(super) fn refine_due(&self) -> Option<Instant> {
         let now = Instant::now();
-        (!self.refining.is_empty()).then(|| self.moved.map_or(now, |moved| moved + MOTION_PAUSE))
+        (self.unprepared.is_some() || !self.refining.is_empty())
+            .then(|| self.moved.map_or(now, |moved| moved + MOTION_PAUSE))
     }
 
-    /// Draws the next frame of the picture that has waited longest.
+    /// Prepares motion, or draws the next frame of the picture that has waited longest.
     pub(super) fn refine(&mut self) {
+        if let Some(slot) = self.unprepared.take() {
+            return self.prepare_motion(slot);
+        }
         let Some(mut refining) = self.refining.pop_front() else { return };
         let slot = refining.slot;
         let Some(active) = self.active.get(&slot) else { return };
@@ -82,6 +92,21 @@ impl RenderWorker {
             renderer,
             outcome,
         })));
+    }
+
+    /// Makes what the first picture in motion would wait for, while nothing else is asked for. Pyramids have nodes of
+    /// their own.
+    fn prepare_motion(&mut self, slot: ViewSlot) {
+        let Some(active) = self.active.get(&slot) else { return };
+        let clouds = active.request.clouds.clone();
+        let all_at_once = clouds.loaded.iter().all(|loaded| loaded.cloud.len() < LARGE);
+        if all_at_once
+            && clouds.pyramids.is_empty()
+            && let Err(error) = self.session.engine.prepare_strides(&clouds.views())
+        {
+            // The pictures say so themselves.
+            tracing::debug!("nothing is prepared for motion: {error}");
+        }
     }
 
     /// Draws the next frame. Returns whether another one would change the picture, and the picture where it is to be

@@ -89,6 +89,8 @@ pub(in crate::render_thread) struct RenderWorker {
     pub(super) last_views: HashMap<ViewSlot, View>,
     /// The pictures being refined, the next one first.
     pub(super) refining: VecDeque<RefiningView>,
+    /// The slot of a picture at rest whose motion is not prepared yet.
+    pub(super) unprepared: Option<ViewSlot>,
     /// Views that tracers draw.
     pub(super) traced: HashMap<ViewSlot, TracedView>,
     /// Tracers in memory, by name.
@@ -154,6 +156,7 @@ impl RenderWorker {
                     unfinished: HashMap::new(),
                     last_views: HashMap::new(),
                     refining: VecDeque::new(),
+                    unprepared: None,
                     traced: HashMap::new(),
                     tracers: HashMap::new(),
                     leaving: Vec::new(),
