@@ -27,7 +27,7 @@ pub(crate) fn read(
     let Some(path) = &arguments.strokes else { return Ok(Vec::new()) };
     if let Some(step) = steps.iter().find(|step| !step.is_handled()) {
         bail!(
-            "--strokes: `{}` is not led by hand; run it with a `bake` of its own",
+            "--strokes: `{}` is no interactive tool; run it with a `bake` of its own",
             step.reference.id
         );
     }

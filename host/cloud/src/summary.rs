@@ -206,7 +206,7 @@ impl fmt::Display for Summary {
             (n.scattered, "of no surface"),
             (n.towards_scanner, "towards the scanner"),
             (n.towards_free_space, "towards free space"),
-            (n.of_unsure_side, "of unsure side"),
+            (n.of_unsure_side, "of uncertain side"),
         ]);
         let r = &self.radii;
         let radii = counts(&[

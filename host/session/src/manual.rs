@@ -80,7 +80,7 @@ pub const PAGES: &[Page] = pages! {
     "Plugins", "graphs", "A graph of your own", "plugins/graph";
     "Plugins", "splat-function", "A splat function", "plugins/splats";
     "Plugins", "tools", "A tool", "plugins/tool";
-    "Plugins", "hand-tools", "A tool that is led by hand", "plugins/hands";
+    "Plugins", "hand-tools", "An interactive tool", "plugins/hands";
     "Plugins", "tracers", "A tracer", "plugins/tracer";
     "Plugins", "new-format", "A file format", "plugins/format";
     "Plugins", "may-use", "What a shader may use", "plugins/may-use";

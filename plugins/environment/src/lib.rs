@@ -93,7 +93,7 @@ params! {
         /// Whether light counts that microfacets reflect more than once.
         multiple_scattering: bool { default: true, label: "multi-scatter" },
         /// Eccentricity of the thesis's model: 0 is a mirror, 1 dull.
-        c: f32 { default: 0.3, range: 0.0..=1.0, label: "lobe width (thesis)" },
+        c: f32 { default: 0.3, range: 0.0..=1.0, label: "eccentricity" },
         /// Where light is computed.
         shading: Rate { default: Rate::Pixel },
         /// Widen highlights where one pixel shows several normals, so that they do not sparkle.
@@ -101,7 +101,7 @@ params! {
         /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4. Odd ones above 1 add nothing to diffuse light.
         sh_order: i32 { default: 2, range: 1..=5, quality: true, label: "harmonics order" },
         /// Treat a dominant small light, such as the sun, as a light of its own.
-        sun: bool { default: true, label: "sun apart" },
+        sun: bool { default: true, label: "separate sun" },
         /// Damp harmonics that ring far below black, and cut off what little is left of it.
         window: bool { default: true, label: "damp ringing" },
         /// Ambient occlusion.

@@ -123,7 +123,7 @@ impl Tool for Normals {
                 let normals = &mut found.normals;
                 let sides = by_visibility(&positions, normals, &Hints::default(), &progress)?;
                 parts = format!(
-                    ", {} turned to free space, {} of unsure side; {:.0} % sure which way round all are",
+                    ", {} turned to free space, {} of uncertain side; {:.0} % sure which way round all are",
                     sides.decided,
                     sides.uncertain,
                     100.0 * sides.certainty

@@ -87,7 +87,7 @@ pub(crate) enum NewKind {
     Splat,
     /// A tool that edits columns of a cloud, with progress.
     Tool,
-    /// A tool that is led by hand over a cloud: a brush.
+    /// An interactive tool, led over a cloud: a brush.
     Brush,
     /// A renderer that computes pixels itself, on all cores.
     Tracer,

@@ -78,7 +78,7 @@ impl NewKind {
             Self::Graph => "A renderer with a graph of its own",
             Self::Splat => "A renderer of one splat function",
             Self::Tool => "A tool",
-            Self::Brush => "A tool that is led by hand",
+            Self::Brush => "An interactive tool",
             Self::Tracer => "A tracer, a renderer that computes pixels itself,",
             Self::Format => "A file format",
         }

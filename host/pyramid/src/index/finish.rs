@@ -73,7 +73,7 @@ fn notes(counts: &Counts) -> Vec<String> {
     if *normals_estimated > 0 {
         let share = |n: &u64| 100.0 * *n as f64 / *normals_estimated as f64;
         notes.push(format!(
-            "normals were estimated; {:.1} % of them are of no surface, {:.1} % of unsure side",
+            "normals were estimated; {:.1} % of them are of no surface, {:.1} % of uncertain side",
             share(scattered),
             share(of_unsure_side)
         ));

@@ -23,9 +23,11 @@ pub(crate) fn handle(window: &mut Window, ctx: &Context) {
         return;
     }
     let types = ctx.egui_wants_keyboard_input();
+    // A number that is meant for a field of the form is no view.
+    let fills_form = types || window.panels.export_form.open;
     for (shortcut, id) in window.keymap.by_modifiers() {
         // What has a letter alone is typed.
-        if types && !(shortcut.modifiers.command || is_function(shortcut.logical_key)) {
+        if fills_form && !(shortcut.modifiers.command || is_function(shortcut.logical_key)) {
             continue;
         }
         // Copying and the like in a text field.

@@ -38,6 +38,8 @@ pub(crate) struct ExportForm {
     /// Whether pictures have the size of the view, and not [`Self::size`], pixels.
     pub(super) as_view: bool,
     pub(super) size: [u32; 2],
+    /// Whether a new width takes the height along, and the reverse.
+    pub(super) keeps_proportions: bool,
     pub(super) n_frames: usize,
     /// Whether what is behind the clouds is left out.
     pub(crate) transparent: bool,
@@ -60,6 +62,7 @@ impl Default for ExportForm {
             path: usual_path(),
             as_view: true,
             size: [1920, 1080],
+            keeps_proportions: true,
             n_frames: 120,
             transparent: false,
             legend: true,

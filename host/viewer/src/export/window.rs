@@ -10,6 +10,9 @@ use eframe::egui::{self, Context, Ui};
 use surfelshop_api::Camera;
 use surfelshop_image::display_transform::Background;
 
+/// Widest and highest pictures, pixels: what most devices can draw.
+const MOST_PX: u32 = 16384;
+
 /// Shows the window.
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let mut open = window.panels.export_form.open;
@@ -120,20 +123,7 @@ fn fields(
             }
             None => form.renderers = RendererChoice::First,
         }
-        let label = ui.label("width x height, pixels");
-        ui.horizontal(|ui| {
-            if ui.checkbox(&mut form.as_view, "as the view").changed() && !form.as_view {
-                form.size = size;
-            }
-            if form.as_view {
-                ui.weak(format!("{} x {}", size[0], size[1]));
-            } else {
-                for side in &mut form.size {
-                    ui.add(egui::DragValue::new(side).range(1..=16384)).labelled_by(label.id);
-                }
-            }
-        });
-        ui.end_row();
+        size_row(ui, form, size);
         if form.kind != ExportKind::View {
             let label = ui.label("pictures");
             let number = egui::DragValue::new(&mut form.n_frames).range(2..=100_000);
@@ -158,4 +148,56 @@ fn fields(
         }
     });
     chooses_file
+}
+
+/// The row of the pictures' size, where a view has this one.
+fn size_row(ui: &mut Ui, form: &mut ExportForm, view: [u32; 2]) {
+    let label = ui.label("width x height, pixels");
+    ui.horizontal(|ui| {
+        if ui.checkbox(&mut form.as_view, "as the view").changed() && !form.as_view {
+            form.size = view;
+        }
+        if form.as_view {
+            ui.weak(format!("{} x {}", view[0], view[1]));
+        } else {
+            let before = form.size;
+            for side in 0..2 {
+                let value = egui::DragValue::new(&mut form.size[side]).range(1..=MOST_PX);
+                let changed = ui.add(value).labelled_by(label.id).changed();
+                if changed && form.keeps_proportions {
+                    form.size = in_proportion(form.size, before, side);
+                }
+            }
+            ui.checkbox(&mut form.keeps_proportions, "keep proportions");
+        }
+        for factor in [2, 4] {
+            let about = format!("As the view, {factor} times as wide and as high.");
+            if ui.button(format!("{factor}x")).on_hover_text(about).clicked() {
+                form.as_view = false;
+                form.size = view.map(|side| (side * factor).min(MOST_PX));
+            }
+        }
+    });
+    ui.end_row();
+}
+
+/// A size of which one side was changed, with the other one as it was in proportion.
+fn in_proportion(mut size: [u32; 2], before: [u32; 2], changed: usize) -> [u32; 2] {
+    let factor = f64::from(size[changed]) / f64::from(before[changed].max(1));
+    let other = f64::from(before[1 - changed]) * factor;
+    size[1 - changed] = (other.round() as u32).clamp(1, MOST_PX);
+    size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn proportions_are_kept_within_what_pictures_may_be() {
+        assert_eq!(in_proportion([1920, 900], [1280, 900], 0), [1920, 1350]);
+        assert_eq!(in_proportion([1280, 450], [1280, 900], 1), [640, 450]);
+        assert_eq!(in_proportion([1, 900], [1280, 900], 0), [1, 1]);
+        assert_eq!(in_proportion([MOST_PX, 900], [1, 900], 0), [MOST_PX, MOST_PX]);
+    }
 }

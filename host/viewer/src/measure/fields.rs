@@ -170,5 +170,7 @@ pub(super) fn knob(window: &mut Window, ui: &mut Ui) {
         });
     }
     let about = "How often each picture is timed, in turns; the median counts.";
-    row(ui, "timed pictures", about, |ui| ui.add(DragValue::new(&mut form.repeats).range(1..=100)));
+    row(ui, "pictures to time", about, |ui| {
+        ui.add(DragValue::new(&mut form.repeats).range(1..=100))
+    });
 }

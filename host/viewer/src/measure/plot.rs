@@ -22,6 +22,10 @@ const HEIGHT: f32 = 260.0;
 /// Size of the area around a value that the pointer hits, points.
 const NEAR: f32 = 16.0;
 
+/// Shares of the plot's width and height within which the values of two points would cover each other: a few letters, and
+/// a line.
+const CLOSE: [f64; 2] = [0.12, 0.06];
+
 /// The kind of time of the values, as in a `report`.
 pub(super) fn time(cells: &[Option<Cell>]) -> Time {
     Time::Passes.among(cells.iter().flatten())
@@ -96,6 +100,28 @@ pub(super) fn show(ui: &mut Ui, measurement: &Measurement, now: Option<&str>) ->
     chosen
 }
 
+/// What stands beside points, at the first of those that lie so close that their values would cover each other.
+fn labels(
+    places: &[[f64; 2]],
+    points: &[((f64, f64), String)],
+    ranges: [[f64; 2]; 2],
+) -> Vec<([f64; 2], String)> {
+    let mut labels: Vec<([f64; 2], String)> = Vec::new();
+    let is_close = |a: [f64; 2], b: [f64; 2]| {
+        (0..2).all(|i| (a[i] - b[i]).abs() < CLOSE[i] * (ranges[i][1] - ranges[i][0]))
+    };
+    for (at, (_, value)) in places.iter().zip(points) {
+        match labels.iter_mut().find(|(other, _)| is_close(*other, *at)) {
+            Some((_, values)) => {
+                values.push_str(", ");
+                values.push_str(value);
+            }
+            None => labels.push((*at, value.clone())),
+        }
+    }
+    labels
+}
+
 impl Drawing {
     fn draw(&self, ui: &mut Ui) -> PlotTransform {
         let log = |(ms, error): &(f64, f64)| [ms.log10(), error.log10()];
@@ -140,10 +166,10 @@ impl Drawing {
                 let line = HLine::new("noise", noise.log10()).stroke(Stroke::new(1.5, self.red));
                 plot.hline(line.allow_hover(false));
             }
-            for (at, (_, value)) in all.iter().zip(&self.points) {
+            for (at, values) in labels(&all, &self.points, [x, y]) {
                 let at = PlotPoint::new(at[0], at[1]);
-                let value = RichText::new(format!(" {value}")).size(13.0).color(self.text);
-                let text = Text::new("value", at, value).anchor(Align2::LEFT_BOTTOM);
+                let values = RichText::new(format!(" {values}")).size(13.0).color(self.text);
+                let text = Text::new("value", at, values).anchor(Align2::LEFT_BOTTOM);
                 plot.text(text.allow_hover(false));
             }
         });
@@ -248,5 +274,13 @@ mod tests {
         };
         assert_eq!(at(&[of(Some(1.0)), of(Some(1.5)), unknown()]), [1.0, 1.5]);
         assert_eq!(at(&[of(Some(1.0)), of(None), unknown()]), [2.0, 2.0]);
+    }
+
+    #[test]
+    fn values_of_points_at_one_place_share_a_label() {
+        let points = ["1", "2", "3"].map(|value| ((0.0, 0.0), value.to_owned()));
+        let places = [[0.0, 0.0], [0.05, 0.05], [0.05, 0.5]];
+        let found = labels(&places, &points, [[0.0, 1.0]; 2]);
+        assert_eq!(found, [([0.0, 0.0], "1, 2".to_owned()), ([0.05, 0.5], "3".to_owned())]);
     }
 }

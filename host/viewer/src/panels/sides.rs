@@ -10,7 +10,7 @@ use eframe::egui::{
 };
 
 /// Width of a window in which the panels stand at both sides.
-const WIDE: f32 = 860.0;
+const WIDE: f32 = 840.0;
 
 /// Widths between which the panels are dragged.
 const OUTLINERS: std::ops::RangeInclusive<f32> = 150.0..=420.0;

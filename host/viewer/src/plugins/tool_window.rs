@@ -27,7 +27,7 @@ pub(crate) fn menu(window: &mut Window, ui: &mut Ui) {
     let (by_hand, whole): (Vec<String>, Vec<String>) =
         names.into_iter().partition(|name| window.is_led_by_hand(name));
     if !by_hand.is_empty() {
-        ui.menu_button("Led by hand", |ui| entries(window, ui, &by_hand));
+        ui.menu_button("Interactive", |ui| entries(window, ui, &by_hand));
         ui.separator();
     }
     // There may be more than the window is high.

@@ -193,7 +193,7 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
     assert_ne!(levels(&mut screen), usual);
     for (kind, labels) in [
         ("point", &["brightness", "position x"] as &[&str]),
-        ("spot", &["turned to x", "brightness", "half angle", "softness"]),
+        ("spot", &["target x", "brightness", "half angle", "softness"]),
     ] {
         let before = levels(&mut screen);
         choose(&mut screen, "kind of light 2", kind);
@@ -257,7 +257,7 @@ fn light_from_around_is_chosen_turned_and_dropped() {
     screen.settle();
     let studio = levels(&mut screen);
     assert_ne!(studio, without);
-    for label in ["turned by", "brightness", "centre of the picture", "up in the picture"] {
+    for label in ["rotation", "brightness", "centre of the picture", "up in the picture"] {
         assert!(
             screen.harness.query_all_by_label(label).count() > 0,
             "nothing is called `{label}`"

@@ -141,7 +141,7 @@ pub(super) fn is_profile(window: &Window) -> Applies {
 /// There is a tool that is led by hand.
 pub(super) fn has_hand_tools(window: &Window) -> Applies {
     has_document(window)?;
-    require(!window.hand_tools().is_empty(), "no tool that is led by hand is installed")
+    require(!window.hand_tools().is_empty(), "no interactive tool is installed")
 }
 
 pub(super) fn can_remove(window: &Window) -> Applies {

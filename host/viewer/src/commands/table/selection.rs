@@ -11,7 +11,7 @@ use eframe::egui::Key;
 
 pub(super) static SELECTION: [Command; 8] = [
     Command::new(
-        ("zoom-selected", "See what is selected", Icon::ZoomIn),
+        ("zoom-selected", "Zoom to selection", Icon::ZoomIn),
         Menu::Edit,
         "Moves the camera to the selected cloud, light or remembered camera.",
         |window, _| window.zoom_to_selected(),

@@ -140,6 +140,10 @@ impl Window {
                 return;
             }
         };
+        if !adds && self.document.clouds.is_some() {
+            // They are of the files before.
+            self.messages.dismiss_all();
+        }
         for (file, line) in &loaded.unread {
             files.retain(|other| other != file);
             self.messages.warn(line.as_str());
@@ -211,6 +215,10 @@ impl Window {
         }
         self.apply_typed_colors();
         self.document.history.clear();
+        if !self.measure.is_busy() {
+            // They are of other clouds.
+            (self.measure.current_view, self.measure.series) = (None, None);
+        }
     }
 
     /// Puts files that were opened or written on top of the list of recent ones.

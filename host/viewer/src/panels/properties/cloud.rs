@@ -154,6 +154,11 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
         let text = size.to_array().map(digits).join(" x ");
         let unit = length_unit(&[cloud]).map(|unit| format!(" {unit}")).unwrap_or_default();
         fact(ui, "size", "Along x, y and z, in the file's units.", &format!("{text}{unit}"));
+        // As the scale bar and measures tell it.
+        if let Some(metres) = cloud.source().metres().filter(|metres| (metres - 1.0).abs() > 1e-6) {
+            let text = (metres * size).to_array().map(digits).join(" x ");
+            fact(ui, "size in metres", "Along x, y and z.", &format!("{text} m"));
+        }
     }
     let columns = cloud.columns().iter().map(|column| column.name()).collect::<Vec<_>>();
     fact(ui, "columns", "What is known of each surfel.", &columns.join(", "));
@@ -171,7 +176,7 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
         (summary.normals.estimated + summary.normals.repaired, "normals estimated"),
         (summary.normals.towards_scanner, "of them face the scanner"),
         (summary.normals.towards_free_space, "of them face free space"),
-        (summary.normals.of_unsure_side, "of them are of unsure side"),
+        (summary.normals.of_unsure_side, "of them of uncertain side"),
         (summary.normals.turned, "of them turned round for it"),
         (summary.radii.estimated, "radii estimated"),
         (summary.radii.clamped, "radii shortened"),

@@ -57,7 +57,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     let mut degrees = environment.rotation.to_degrees();
     let scale = Scale::linear(-180.0..=180.0, "°");
     let about = "About the axis that points upwards.";
-    if slider_row(ui, "turned by", about, &mut degrees, &scale).changed() {
+    if slider_row(ui, "rotation", about, &mut degrees, &scale).changed() {
         environment.rotation = degrees.to_radians();
     }
     let scale = Scale::linear(-8.0..=8.0, " EV");

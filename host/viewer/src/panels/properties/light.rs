@@ -194,7 +194,7 @@ fn other_rows(ui: &mut Ui, light: &mut Light, context: &LightContext) {
         Light::Spot { target, intensity, angle, softness, .. } => {
             power(ui, intensity, most, "brightness");
             let speed = 0.01 * context.scene.size;
-            vector(ui, "turned to", "A point on its axis, scene units.", target, speed);
+            vector(ui, "target", "A point on its axis, scene units.", target, speed);
             let mut degrees = angle.to_degrees();
             let scale = Scale::linear(0.0..=180.0, "°");
             let about = "The angle between its axis and the edge of its cone.";

@@ -84,7 +84,7 @@ fn look(window: &mut Window, ui: &mut Ui) {
                 let scale = Scale::linear(f64::from(*range.start())..=f64::from(*range.end()), "");
                 let about = "Surfels whose surroundings are less flat than this planarity are round \
                              splats that face the eye.";
-                slider_row(ui, "round below", about, &mut splats.round_below, &scale);
+                slider_row(ui, "least planarity", about, &mut splats.round_below, &scale);
             }
             let mut limits = splats.largest_radius.is_some();
             let about = "Larger surfels are drawn with this radius, scene units.";

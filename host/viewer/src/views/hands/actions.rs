@@ -79,7 +79,7 @@ impl Window {
         let last = self.views.hands.tool.as_ref().filter(|last| tools.contains(last));
         match last.or_else(usual).cloned() {
             Some(name) => self.take_tool(name),
-            None => self.messages.warn("no tool that is led by hand is installed"),
+            None => self.messages.warn("no interactive tool is installed"),
         }
     }
 
