@@ -95,15 +95,17 @@ impl RenderWorker {
     }
 
     /// Makes what the first picture in motion would wait for, while nothing else is asked for. Pyramids have nodes of
-    /// their own.
+    /// their own, and large clouds are prepared as a whole beside the thread.
     fn prepare_motion(&mut self, slot: ViewSlot) {
-        let Some(active) = self.active.get(&slot) else { return };
-        let clouds = active.request.clouds.clone();
-        let all_at_once = clouds.loaded.iter().all(|loaded| loaded.cloud.len() < LARGE);
-        if all_at_once
-            && clouds.pyramids.is_empty()
-            && let Err(error) = self.session.engine.prepare_strides(&clouds.views())
-        {
+        let Self { active, session, .. } = self;
+        let Some(clouds) = active.get(&slot).map(|active| &active.request.clouds) else { return };
+        let is_in_memory = clouds.pyramids.is_empty()
+            && clouds.loaded.iter().all(|loaded| loaded.cloud.len() < LARGE);
+        let prepared = match is_in_memory {
+            true => session.engine.prepare_strides(&clouds.views()),
+            false => Ok(()),
+        };
+        if let Err(error) = prepared {
             // The pictures say so themselves.
             tracing::debug!("nothing is prepared for motion: {error}");
         }
