@@ -24,6 +24,9 @@ pub(super) use views::{target_views, texture_views};
 /// Frames an unused resource survives.
 const KEPT_FRAMES: u64 = 64;
 
+/// Frames in which every view that is shown was drawn last: a window has at most eight pictures.
+const RECENT_FRAMES: u64 = 8;
+
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Shape {
     Texture { format: wgpu::TextureFormat, size: [u32; 3], volume: bool, mips: u32 },
@@ -258,6 +261,9 @@ impl Resources {
     /// Drops what was used last for a picture of another size than these.
     pub(crate) fn keep_sizes(&mut self, sizes: &[[u32; 2]]) {
         self.keep(|last| sizes.contains(&last.size));
+        // Nothing is drawn at present: what the last frames did not use is of renderers that are no longer shown.
+        let oldest = self.now.frame.saturating_sub(RECENT_FRAMES);
+        self.free.keep(&|last: &Use| last.frame >= oldest);
         // Bytes that stay are of no size; without any picture nothing is to stay.
         self.resident.keep(|_| !sizes.is_empty());
     }
