@@ -47,6 +47,11 @@ impl Window {
             && self.document.history.has_undo(&self.snapshot())
     }
 
+    /// Whether other files would take the place of edits or of a scene that are in no file.
+    pub(crate) fn replacing_loses(&self) -> bool {
+        self.has_unsaved() || self.loses_scene()
+    }
+
     /// Keeps the window open where closing it would lose edits, and asks. Called first in a frame, and
     /// also where no frame is shown.
     pub(crate) fn check_close(&mut self, ctx: &Context) {
@@ -69,7 +74,7 @@ impl Window {
 
     /// Whether clouds that were read may replace the open ones; asks where edits would be lost.
     pub(crate) fn may_replace_clouds(&mut self) -> bool {
-        if self.document.replace_confirmed || !(self.has_unsaved() || self.loses_scene()) {
+        if self.document.replace_confirmed || !self.replacing_loses() {
             return true;
         }
         self.document

@@ -40,6 +40,8 @@ pub(crate) struct ExportForm {
     pub(super) size: [u32; 2],
     /// Whether a new width takes the height along, and the reverse.
     pub(super) keeps_proportions: bool,
+    /// Width by height that it keeps: digits that are typed one by one would round it away.
+    pub(super) proportions: f64,
     pub(super) n_frames: usize,
     /// Whether what is behind the clouds is left out.
     pub(crate) transparent: bool,
@@ -63,6 +65,7 @@ impl Default for ExportForm {
             as_view: true,
             size: [1920, 1080],
             keeps_proportions: true,
+            proportions: 1920.0 / 1080.0,
             n_frames: 120,
             transparent: false,
             legend: true,
@@ -70,6 +73,14 @@ impl Default for ExportForm {
             keys: Vec::new(),
             overwrite: None,
         }
+    }
+}
+
+impl ExportForm {
+    /// Sets a size, whose proportions are kept.
+    pub(super) fn resize(&mut self, size: [u32; 2]) {
+        self.size = size;
+        self.proportions = f64::from(size[0].max(1)) / f64::from(size[1].max(1));
     }
 }
 
@@ -86,6 +97,7 @@ impl ExportForm {
     /// Sets path, size and number of pictures.
     pub(crate) fn set(&mut self, path: &str, size: [u32; 2], n_frames: usize) {
         path.clone_into(&mut self.path);
-        (self.as_view, self.size, self.n_frames) = (false, size, n_frames);
+        self.resize(size);
+        (self.as_view, self.n_frames) = (false, n_frames);
     }
 }

@@ -155,36 +155,37 @@ fn size_row(ui: &mut Ui, form: &mut ExportForm, view: [u32; 2]) {
     let label = ui.label("width x height, pixels");
     ui.horizontal(|ui| {
         if ui.checkbox(&mut form.as_view, "as the view").changed() && !form.as_view {
-            form.size = view;
+            form.resize(view);
         }
         if form.as_view {
             ui.weak(format!("{} x {}", view[0], view[1]));
         } else {
-            let before = form.size;
             for side in 0..2 {
                 let value = egui::DragValue::new(&mut form.size[side]).range(1..=MOST_PX);
                 let changed = ui.add(value).labelled_by(label.id).changed();
                 if changed && form.keeps_proportions {
-                    form.size = in_proportion(form.size, before, side);
+                    form.size = in_proportion(form.size, form.proportions, side);
                 }
             }
-            ui.checkbox(&mut form.keeps_proportions, "keep proportions");
+            if ui.checkbox(&mut form.keeps_proportions, "keep proportions").changed() {
+                form.resize(form.size);
+            }
         }
         for factor in [2, 4] {
             let about = format!("As the view, {factor} times as wide and as high.");
             if ui.button(format!("{factor}x")).on_hover_text(about).clicked() {
                 form.as_view = false;
-                form.size = view.map(|side| (side * factor).min(MOST_PX));
+                form.resize(view.map(|side| (side * factor).min(MOST_PX)));
             }
         }
     });
     ui.end_row();
 }
 
-/// A size of which one side was changed, with the other one as it was in proportion.
-fn in_proportion(mut size: [u32; 2], before: [u32; 2], changed: usize) -> [u32; 2] {
-    let factor = f64::from(size[changed]) / f64::from(before[changed].max(1));
-    let other = f64::from(before[1 - changed]) * factor;
+/// A size of which one side was changed, with the other one in proportion: width by height.
+fn in_proportion(mut size: [u32; 2], proportions: f64, changed: usize) -> [u32; 2] {
+    let factor = if changed == 0 { 1.0 / proportions } else { proportions };
+    let other = f64::from(size[changed]) * factor;
     size[1 - changed] = (other.round() as u32).clamp(1, MOST_PX);
     size
 }
@@ -195,9 +196,14 @@ mod tests {
 
     #[test]
     fn proportions_are_kept_within_what_pictures_may_be() {
-        assert_eq!(in_proportion([1920, 900], [1280, 900], 0), [1920, 1350]);
-        assert_eq!(in_proportion([1280, 450], [1280, 900], 1), [640, 450]);
-        assert_eq!(in_proportion([1, 900], [1280, 900], 0), [1, 1]);
-        assert_eq!(in_proportion([MOST_PX, 900], [1, 900], 0), [MOST_PX, MOST_PX]);
+        assert_eq!(in_proportion([1920, 900], 1280.0 / 900.0, 0), [1920, 1350]);
+        assert_eq!(in_proportion([1280, 450], 1280.0 / 900.0, 1), [640, 450]);
+        assert_eq!(in_proportion([MOST_PX, 900], 1.0 / 900.0, 0), [MOST_PX, MOST_PX]);
+        // Typed digit by digit.
+        let mut size = [1448, 1156];
+        for width in [1, 10, 100, 1000] {
+            size = in_proportion([width, size[1]], 1448.0 / 1156.0, 0);
+        }
+        assert_eq!(size, [1000, 798]);
     }
 }

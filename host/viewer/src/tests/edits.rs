@@ -172,6 +172,7 @@ fn other_files_take_the_place_of_a_scene_in_no_file_after_a_question() {
     screen.until("both", |window| items(window).len() == 2);
     screen.settle();
     assert!(!screen.window().has_unsaved(), "closing loses nothing");
+    assert!(screen.window().replacing_loses(), "nor is a preview shown in its place");
     screen.window().open(&context, vec![other.clone()]);
     screen.until_label(QUESTION);
     assert!(

@@ -215,6 +215,7 @@ impl Window {
         }
         self.apply_typed_colors();
         self.document.history.clear();
+        self.views.pointer_text.clear();
         if !self.measure.is_busy() {
             // They are of other clouds.
             (self.measure.current_view, self.measure.series) = (None, None);

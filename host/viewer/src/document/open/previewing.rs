@@ -9,13 +9,13 @@ use surfelshop_api::Camera;
 use surfelshop_session::input::clouds::Clouds;
 
 impl Window {
-    /// Shows what was read so far, unless unsaved edits are open.
+    /// Shows what was read so far, unless edits or a scene that are in no file would be out of sight.
     pub(crate) fn take_preview(&mut self) {
         // What is open stays in sight while more is read.
         let loader = self.document.loader.as_ref().filter(|loader| !loader.adds);
         let Some(clouds) = loader.and_then(|loader| loader.preview()) else { return };
         let is_empty = clouds.facts.n_surfels == 0;
-        if !is_empty && (self.document.replace_confirmed || !self.has_unsaved()) {
+        if !is_empty && (self.document.replace_confirmed || !self.replacing_loses()) {
             self.show_preview(clouds);
         }
     }
