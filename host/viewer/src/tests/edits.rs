@@ -8,7 +8,7 @@ use crate::document::{OpenCloud, undo};
 use crate::window::Window;
 use eframe::egui::{ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use surfelshop_cloud::{Cloud, ReadOptions, WriteOptions};
 
 impl Screen {
@@ -130,21 +130,29 @@ fn changes_of_a_scene_are_asked_about_and_written_to_its_file() {
     assert!(screen.close());
 }
 
-#[test]
-fn other_files_take_the_place_of_edits_after_a_question() {
-    const QUESTION: &str = "Save edits before opening other files?";
-    let folder = tempfile::tempdir().unwrap();
-    let other = folder.path().join("other.ply");
+/// What is asked before other files are opened.
+const BEFORE_OPENING: &str = "Save edits before opening other files?";
+
+/// A file of three points.
+fn three_points(folder: &Path) -> PathBuf {
+    let path = folder.join("other.ply");
     let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
                 property float z\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
-    std::fs::write(&other, text).unwrap();
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn other_files_take_the_place_of_edits_after_a_question() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = three_points(folder.path());
     let mut screen = with_tools(&[SAMPLE]);
     run(&mut screen, "Stages AO");
     screen.until_said("stages-ao made ao");
     for (answer, n_left) in [("cancel", 119_051), ("discard", 3)] {
         let context = screen.harness.ctx.clone();
         screen.window().open(&context, vec![other.clone()]);
-        screen.until_label(QUESTION);
+        screen.until_label(BEFORE_OPENING);
         screen.click(answer);
         screen.until("the answer", |window| window.document.loader.is_none());
         assert_eq!(items(screen.window())[0].loaded.cloud.len(), n_left);
@@ -156,12 +164,8 @@ fn other_files_take_the_place_of_edits_after_a_question() {
 /// Costs 4 s
 #[test]
 fn other_files_take_the_place_of_a_scene_in_no_file_after_a_question() {
-    const QUESTION: &str = "Save edits before opening other files?";
     let folder = tempfile::tempdir().unwrap();
-    let other = folder.path().join("other.ply");
-    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
-                property float z\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
-    std::fs::write(&other, text).unwrap();
+    let other = three_points(folder.path());
     let mut screen = Screen::open(&[SAMPLE]);
     let context = screen.harness.ctx.clone();
     // A look of its own is no work that is lost.
@@ -174,7 +178,7 @@ fn other_files_take_the_place_of_a_scene_in_no_file_after_a_question() {
     assert!(!screen.window().has_unsaved(), "closing loses nothing");
     assert!(screen.window().replacing_loses(), "nor is a preview shown in its place");
     screen.window().open(&context, vec![other.clone()]);
-    screen.until_label(QUESTION);
+    screen.until_label(BEFORE_OPENING);
     assert!(
         screen.asks("The scene as you put it together is in no file yet, and is lost otherwise.")
     );

@@ -258,10 +258,11 @@ impl Resources {
         (self.resident.sent, self.resident.bytes())
     }
 
-    /// Drops what was used last for a picture of another size than these.
+    /// Drops what was used last for a picture of another size than these, and scratch memory that the last frames did not
+    /// use; called while nothing is drawn.
     pub(crate) fn keep_sizes(&mut self, sizes: &[[u32; 2]]) {
         self.keep(|last| sizes.contains(&last.size));
-        // Nothing is drawn at present: what the last frames did not use is of renderers that are no longer shown.
+        // Mostly of renderers that are no longer shown; a view that is and was drawn earlier makes its own again.
         let oldest = self.now.frame.saturating_sub(RECENT_FRAMES);
         self.free.keep(&|last: &Use| last.frame >= oldest);
         // Bytes that stay are of no size; without any picture nothing is to stay.
