@@ -242,7 +242,7 @@ fn normal_counts(summary: &Summary) -> [(u64, &'static str); 11] {
         (n.towards_scanner, "towards the scanner"),
         (n.towards_free_space, "towards free space"),
         (n.of_unsure_side, "of uncertain side"),
-        (n.turned, "turned round for it"),
+        (n.turned, "flipped for it"),
     ]
 }
 

@@ -39,7 +39,7 @@ pub struct NormalCounts {
     pub towards_free_space: u64,
     /// Estimated ones for whose side there is little evidence, or none.
     pub of_unsure_side: u64,
-    /// Of all these, normals that were turned round for it.
+    /// Of all these, normals that were flipped for it.
     pub turned: u64,
 }
 

@@ -169,7 +169,7 @@ fn colours_of_8_bits_in_16_become_8_bits_with_a_line() {
     for (element, _, warnings) in colors_up_to(255) {
         assert_eq!(element, Element::U8);
         let told = "the 16-bit colours hold 8-bit values and were read as such; \
-                    `--color-bits 16` takes them as they are";
+                    `--color-bits 16` reads them as 16-bit values";
         assert_eq!(warnings, [told]);
     }
     for most in [256, 65_535, 0] {

@@ -20,7 +20,7 @@ pub(super) fn take(table: &mut Table, bits: ColorBits, summary: &mut Summary) ->
 }
 
 /// What is said of colours that are narrower than their type.
-pub(crate) const NARROW_COLORS: &str = "the 16-bit colours hold 8-bit values and were read as such; `--color-bits 16` takes them as they are";
+pub(crate) const NARROW_COLORS: &str = "the 16-bit colours hold 8-bit values and were read as such; `--color-bits 16` reads them as 16-bit values";
 
 fn color(table: &mut Table, bits: ColorBits, summary: &mut Summary) -> Option<Column> {
     let (components, mut values) = COLORS

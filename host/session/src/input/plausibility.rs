@@ -55,7 +55,7 @@ pub fn nothing_to_see(clouds: &Clouds) -> Option<String> {
         .then(|| "all points lie in one place".to_owned())
 }
 
-/// Whether clouds lie so far apart that all of them are specks, in a line.
+/// Whether clouds lie so far apart that none can be seen beside the others, in a line.
 #[must_use]
 pub fn far_apart(clouds: &Clouds) -> Option<String> {
     let facts = clouds.loaded.iter().map(|loaded| loaded.cloud.facts());
@@ -64,7 +64,8 @@ pub fn far_apart(clouds: &Clouds) -> Option<String> {
     let is_far = sizes.len() > 1 && largest < SPECK * whole;
     is_far.then(|| {
         format!(
-            "the clouds lie {} apart and the largest measures {}: all are specks",
+            "the clouds lie {} units apart and the largest is {} units across: none of them can be seen beside the others; \
+             are they in different coordinate systems?",
             rounded(whole),
             rounded(largest)
         )
@@ -127,10 +128,10 @@ mod tests {
     }
 
     #[test]
-    fn clouds_that_are_specks_are_far_apart() {
+    fn clouds_that_are_nothing_beside_the_others_are_far_apart() {
         assert_eq!(far_apart(&pair(20.0)), None);
         let line = far_apart(&pair(1000.0)).unwrap();
-        assert!(line.contains("1001 apart and the largest measures 1.000"), "{line}");
+        assert!(line.contains("1001 units apart and the largest is 1.000 units across"), "{line}");
         assert_eq!(far_apart(&Clouds::of(Vec::new())), None);
     }
 

@@ -54,7 +54,7 @@ pub(crate) fn handle(window: &mut Window, ctx: &Context) {
 }
 
 fn is_function(key: Key) -> bool {
-    matches!(key, Key::F1 | Key::F2 | Key::F11)
+    matches!(key, Key::F1 | Key::F2 | Key::F10 | Key::F11)
 }
 
 /// Keys that text fields use with Ctrl.

@@ -16,7 +16,11 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             if menu == Menu::Window {
                 ui.menu_button("Tools", |ui| tool_window::menu(window, ui));
             }
-            ui.menu_button(menu.name(), |ui| entries(window, ui, menu));
+            let shown = ui.menu_button(menu.name(), |ui| entries(window, ui, menu));
+            // From there the arrows lead on, and Enter opens.
+            if menu == Menu::ALL[0] && std::mem::take(&mut window.panels.goes_to_menus) {
+                shown.response.request_focus();
+            }
         }
     });
 }

@@ -92,13 +92,17 @@ pub(crate) struct PaneSettings {
 /// What draws where nobody chooses.
 pub(crate) const USUAL_RENDERER: &str = "ewa-phong";
 
+/// What a renderer is compared with where nobody chooses.
+fn beside(renderer: &str) -> &'static str {
+    if renderer == "flat" { USUAL_RENDERER } else { "flat" }
+}
+
 impl PaneSettings {
     /// A pane with a renderer.
     pub(crate) fn new(id: u32, renderer: &str) -> Self {
-        let other = if renderer == "flat" { USUAL_RENDERER } else { "flat" };
         Self {
             id,
-            renderers: [renderer.to_owned(), other.to_owned()],
+            renderers: [renderer.to_owned(), beside(renderer).to_owned()],
             mode: Mode::Single,
             title: String::new(),
             clouds: [None, None],
@@ -107,6 +111,13 @@ impl PaneSettings {
             wipe: 0.5,
             output: Output::Color,
             unknown: Table::new(),
+        }
+    }
+
+    /// Compares with another renderer where it would be compared with itself.
+    pub(crate) fn tell_renderers_apart(&mut self) {
+        if self.renderers[0] == self.renderers[1] {
+            beside(&self.renderers[0]).clone_into(&mut self.renderers[1]);
         }
     }
 

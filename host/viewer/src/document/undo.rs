@@ -18,6 +18,7 @@ pub(crate) fn redo(window: &mut Window) {
 
 fn restore(window: &mut Window, snapshot: Option<Snapshot>) {
     let Some(Snapshot { settings, up, open_clouds }) = snapshot else { return };
+    window.messages.dismiss_reports();
     window.settings = settings;
     layout::follow_settings(window);
     if let Some(open_clouds) = open_clouds {

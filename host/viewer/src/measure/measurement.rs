@@ -133,7 +133,7 @@ impl Measurement {
         let text = match &work.reference {
             None => "making the reference".to_owned(),
             Some(_) if known < self.cells.len() => format!("{} of {}", known + 1, self.cells.len()),
-            Some(_) => "timing in turns".to_owned(),
+            Some(_) => "timing, interleaved".to_owned(),
         };
         (n_done as f32 / work.n_steps.max(1) as f32, text)
     }

@@ -2,10 +2,15 @@
 
 use super::Selection;
 use crate::document::{Bookmark, MOST_BOOKMARKS, Thumbnail};
+use crate::views::navigation;
 use crate::window::Window;
+use glam::Vec3;
 use surfelshop_api::{Light, Scene};
-use surfelshop_cloud::scene::{LONGEST_NOTE, MeasureKind};
+use surfelshop_cloud::scene::{DEFAULT_SPOT_DEG, DEFAULT_SPOT_SOFTNESS, LONGEST_NOTE, MeasureKind};
 use surfelshop_session::options::camera::Extent;
+
+/// How far above the middle of the view a placed light stands, in heights of the picture at what the camera orbits about.
+const ABOVE: f64 = 0.125;
 
 impl Window {
     /// Moves the camera of the focused view to what is selected.
@@ -142,6 +147,29 @@ impl Window {
         lights.push(light);
         let index = lights.len() - 1;
         self.select(Selection::Light(index));
+    }
+
+    /// Adds a point light, or a spot that is turned to what the camera orbits about, and selects it. It stands within the
+    /// focused view: halfway to what the camera orbits about and somewhat above, where it is as bright as a direct light.
+    pub(crate) fn add_placed_light(&mut self, is_spot: bool) {
+        let camera = self.camera_of(self.views.focused);
+        let up = camera.view_from_world().transpose().y_axis;
+        // A quarter of a picture's height at this distance is its half at the target's: within by half of it.
+        let raised = ABOVE * navigation::height_at_target(&camera);
+        let position = camera.target.midpoint(camera.eye) + raised * up;
+        let distance = position.distance(camera.target);
+        let intensity = Vec3::splat((distance * distance) as f32);
+        let light = match is_spot {
+            false => Light::Point { position, intensity },
+            true => Light::Spot {
+                position,
+                target: camera.target,
+                intensity,
+                angle: DEFAULT_SPOT_DEG.to_radians(),
+                softness: DEFAULT_SPOT_SOFTNESS,
+            },
+        };
+        self.add_light(Some(light));
     }
 
     /// Duplicates what is selected: a light, a view, a remembered camera.

@@ -155,7 +155,10 @@ fn scale(parameter: &ParamDecl) -> Option<Scale> {
     let [low, high] = parameter.range.filter(|[low, high]| {
         low.is_finite() && high.is_finite() && high.abs().max(low.abs()) < WIDEST
     })?;
-    Some(Scale { range: low..=high, logarithmic: parameter.logarithmic, unit: "" })
+    Some(match parameter.logarithmic {
+        true => Scale::logarithmic(low..=high, ""),
+        false => Scale::linear(low..=high, ""),
+    })
 }
 
 /// A number without a slider.

@@ -112,18 +112,26 @@ pub(crate) fn row_of(
 
 /// The numbers of a slider.
 pub(crate) struct Scale {
+    /// What the slider spans.
     pub(crate) range: RangeInclusive<f64>,
+    /// What can be typed.
+    pub(crate) typed: RangeInclusive<f64>,
     pub(crate) logarithmic: bool,
     pub(crate) unit: &'static str,
 }
 
 impl Scale {
     pub(crate) fn linear(range: RangeInclusive<f64>, unit: &'static str) -> Self {
-        Self { range, logarithmic: false, unit }
+        Self { typed: range.clone(), range, logarithmic: false, unit }
     }
 
     pub(crate) fn logarithmic(range: RangeInclusive<f64>, unit: &'static str) -> Self {
-        Self { range, logarithmic: true, unit }
+        Self { typed: range.clone(), range, logarithmic: true, unit }
+    }
+
+    /// The same, where numbers beyond the slider's ends can be typed.
+    pub(crate) fn typed(self, typed: RangeInclusive<f64>) -> Self {
+        Self { typed, ..self }
     }
 }
 
@@ -145,6 +153,7 @@ pub(crate) fn slider<N: Numeric>(
         false if N::INTEGRAL => 0.1,
         false => span / 300.0,
     };
+    let (low, high) = (N::from_f64(*scale.typed.start()), N::from_f64(*scale.typed.end()));
     let number = DragValue::new(value).range(low..=high).clamp_existing_to_range(false);
     let number = number.speed(speed).suffix(suffix);
     let room = vec2(ui.available_width().max(40.0), ui.spacing().interact_size.y);

@@ -32,7 +32,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     if window.preferences.panels {
         let width = window.preferences.outliner_width;
         let panel = Panel::left("outliner").default_size(width).size_range(OUTLINERS);
-        let shown = panel.show(ui, |ui| scrolled(ui, |ui| outliner::show(window, ui)));
+        let shown = panel.show(ui, |ui| scrolled(ui, "outliner", |ui| outliner::show(window, ui)));
         remember(ui, &shown.response, &mut window.preferences.outliner_width);
     }
     if shows_right {
@@ -57,7 +57,11 @@ fn right(window: &mut Window, ui: &mut Ui) {
     tabs(window, ui);
     match window.measure.form.open {
         true => inset(ui, |ui| measure::panel::show(window, ui)),
-        false => scrolled(ui, |ui| properties::show(window, ui)),
+        // Each kind of thing is scrolled by itself: the next begins at its top.
+        false => {
+            let kind = std::mem::discriminant(&window.selection());
+            scrolled(ui, ("properties", kind), |ui| properties::show(window, ui));
+        }
     }
 }
 
@@ -97,7 +101,7 @@ fn narrow(window: &mut Window, ui: &mut Ui, (outliner, right): (bool, bool)) {
             inset(ui, |ui| measure::panel::show(window, ui));
             return;
         }
-        scrolled(ui, |ui| {
+        scrolled(ui, "both", |ui| {
             if outliner {
                 outliner::show(window, ui);
             }
@@ -118,9 +122,9 @@ fn inset(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
     contents(&mut inside);
 }
 
-fn scrolled(ui: &mut Ui, contents: impl FnOnce(&mut Ui)) {
+fn scrolled(ui: &mut Ui, id: impl egui::AsIdSalt, contents: impl FnOnce(&mut Ui)) {
     inset(ui, |ui| {
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ScrollArea::vertical().id_salt(id).auto_shrink(false).show(ui, |ui| {
             // The scroll bar lies over the right edge.
             ui.set_max_width(ui.available_width() - BAR);
             contents(ui);

@@ -25,6 +25,8 @@ pub(crate) struct Panels {
     /// Whether the list of mouse and keys is open.
     pub(crate) key_list: bool,
     pub(crate) palette: Palette,
+    /// Whether the keyboard goes to the menus next.
+    pub(crate) goes_to_menus: bool,
     /// Whether these windows are open.
     pub(crate) settings_window: bool,
     pub(crate) settings: SettingsWindow,

@@ -291,3 +291,34 @@ fn every_button_of_the_toolbar_has_a_name() {
     let unnamed = names.iter().filter(|name| !readable(name)).count();
     assert_eq!(unnamed, 0, "{names:?}");
 }
+
+#[test]
+fn menus_and_the_list_of_renderers_are_led_by_keys() {
+    let mut screen = Screen::sample();
+    screen.harness.key_press(Key::F10);
+    screen.frames();
+    for key in [Key::ArrowRight, Key::ArrowLeft, Key::Enter] {
+        screen.harness.key_press(key);
+        screen.frames();
+    }
+    assert!(
+        screen.harness.query_all_by_label_contains("Open recent").count() > 0,
+        "a menu is open"
+    );
+    screen.harness.key_press(Key::Escape);
+    screen.frames();
+    let drawn = |screen: &mut Screen| screen.window().settings.panes[0].renderers[0].clone();
+    let before = drawn(&mut screen);
+    screen.harness.get_by_label("first renderer").click();
+    screen.frames();
+    for key in [Key::ArrowDown, Key::Enter] {
+        screen.harness.key_press(key);
+        screen.frames();
+    }
+    assert_ne!(drawn(&mut screen), before);
+    // Beside itself nothing is compared.
+    let window = screen.window();
+    window.settings.panes[0].renderers = ["flat".to_owned(), "flat".to_owned()];
+    run(&mut screen, "wipe");
+    assert_eq!(screen.window().settings.panes[0].renderers, ["flat", "ewa-phong"]);
+}

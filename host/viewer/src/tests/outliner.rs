@@ -434,3 +434,33 @@ fn every_command_is_found_by_its_name_in_the_palette() {
         assert!(rows.iter().any(|row| row.name == name), "{}", command.id);
     }
 }
+
+#[test]
+fn a_light_of_each_kind_is_added_within_the_view() {
+    let mut screen = Screen::sample();
+    for (name, is_placed) in
+        [("Add a directional light", false), ("Add a point light", true), ("Add a spotlight", true)]
+    {
+        screen.harness.get_by_label("add to lights").click();
+        screen.frames();
+        screen.harness.get_all_by_label_contains(name).next().unwrap().click();
+        screen.frames();
+        let window = screen.window();
+        let light = *window.settings.scene.lights.last().unwrap();
+        assert_eq!(window.selection(), Selection::Light(window.settings.scene.lights.len() - 1));
+        let (Light::Point { position, .. } | Light::Spot { position, .. }) = light else {
+            assert!(!is_placed, "{light:?}");
+            continue;
+        };
+        let camera = window.camera_of(window.views.focused);
+        let offset = camera.view_from_world() * (position - camera.eye);
+        let half = 0.25 * crate::views::navigation::height_at_target(&camera);
+        assert!(is_placed && offset.x.abs() < 1e-9 * half && offset.y.abs() < half, "{offset:?}");
+    }
+    // What is wrong to remove is not removed: somebody who selects surfels means those.
+    run(&mut screen, "select-lasso");
+    screen.harness.key_press(Key::Delete);
+    screen.frames();
+    assert_eq!(screen.window().settings.scene.lights.len(), 4, "the usual one and three");
+    assert!(screen.window().messages.contains("no surfels are selected"));
+}

@@ -223,7 +223,9 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
         press(&mut screen, "remove");
     }
     assert!(lights(&mut screen).is_empty());
-    screen.harness.get_by_label("Add a light").click();
+    screen.harness.get_by_label("add to lights").click();
+    screen.frames();
+    screen.harness.get_all_by_label_contains("Add a directional light").next().unwrap().click();
     screen.frames();
     assert_eq!(lights(&mut screen), Scene::default().lights);
     screen.settle();

@@ -19,6 +19,9 @@ const MOST_SHOWN: usize = 3;
 /// Most messages in the list.
 const MOST_LISTED: usize = 200;
 
+/// Height of the scale bar and the caption below it, points.
+const ABOVE_SCALE_BAR: f32 = 60.0;
+
 struct Message {
     text: String,
     warns: bool,
@@ -108,6 +111,11 @@ impl Messages {
         }
     }
 
+    /// Dismisses what told of things done: they were taken back.
+    pub(crate) fn dismiss_reports(&mut self) {
+        self.lines.iter_mut().filter(|line| !line.warns).for_each(|line| line.dismissed = true);
+    }
+
     /// Dismisses all messages.
     pub(crate) fn dismiss_all(&mut self) {
         self.lines.iter_mut().for_each(|line| line.dismissed = true);
@@ -144,7 +152,7 @@ impl Messages {
         let n_waiting = current.len().saturating_sub(MOST_SHOWN);
         egui::Area::new(egui::Id::unique("messages"))
             .pivot(Align2::LEFT_BOTTOM)
-            .fixed_pos(over.left_bottom() + vec2(8.0, -32.0))
+            .fixed_pos(over.left_bottom() + vec2(8.0, -ABOVE_SCALE_BAR))
             .show(ctx, |ui| {
                 // The right lower corner is the legend's.
                 ui.set_max_width((0.6 * over.width()).clamp(300.0, 620.0).min(over.width() - 16.0));

@@ -148,6 +148,10 @@ pub(super) fn can_remove(window: &Window) -> Applies {
     if has_surfels(window).is_ok() {
         return Ok(());
     }
+    // The list's selection is not what somebody means who has just drawn around surfels.
+    if window.views.hands.mode.selects() {
+        return Err("no surfels are selected: draw around some first");
+    }
     match window.selection() {
         Selection::Cloud(_) => {
             has_document(window)?;

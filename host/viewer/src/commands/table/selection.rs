@@ -9,7 +9,7 @@ use crate::commands::shortcut::{alt, key, shift};
 use crate::theme::Icon;
 use eframe::egui::Key;
 
-pub(super) static SELECTION: [Command; 8] = [
+pub(super) static SELECTION: [Command; 10] = [
     Command::new(
         ("zoom-selected", "Zoom to selection", Icon::ZoomIn),
         Menu::Edit,
@@ -68,13 +68,27 @@ pub(super) static SELECTION: [Command; 8] = [
     .keys(&[key(Key::Delete)])
     .when(can_remove),
     Command::new(
-        ("add-light", "Add a light", Icon::Plus),
+        ("add-light", "Add a directional light", Icon::Sun),
         Menu::Edit,
-        "Adds a light, and selects it.",
+        "Adds a light from one direction, as of the sun, and selects it.",
         |window, _| window.add_light(None),
     )
     .when(has_light_room)
     .group(),
+    Command::new(
+        ("add-point-light", "Add a point light", Icon::Lightbulb),
+        Menu::Edit,
+        "Adds a light at a place in the middle of the view, and selects it; its handle is dragged.",
+        |window, _| window.add_placed_light(false),
+    )
+    .when(has_light_room),
+    Command::new(
+        ("add-spot-light", "Add a spotlight", Icon::LampDesk),
+        Menu::Edit,
+        "Adds a light within a cone, turned to the middle of the view, and selects it; its handles are dragged.",
+        |window, _| window.add_placed_light(true),
+    )
+    .when(has_light_room),
     Command::new(
         ("compare-clouds", "Compare two clouds", Icon::FlipHorizontal),
         Menu::View,

@@ -321,6 +321,10 @@ pub(super) static MODES: [Command; 5] = [
 fn set_mode(window: &mut Window, mode: Mode) {
     if let Some(pane) = window.settings.pane_mut(window.views.focused) {
         pane.mode = mode;
+        // Of two clouds the same renderer shows what differs, and of one nothing.
+        if mode.sides() == 2 && pane.clouds == [None, None] {
+            pane.tell_renderers_apart();
+        }
     }
 }
 

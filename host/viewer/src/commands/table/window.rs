@@ -17,7 +17,7 @@ macro_rules! theme {
     };
 }
 
-pub(super) static WINDOW: [Command; 11] = [
+pub(super) static WINDOW: [Command; 12] = [
     Command::new(
         ("panels", "Outliner at the left", Icon::PanelLeft),
         Menu::Window,
@@ -48,6 +48,13 @@ pub(super) static WINDOW: [Command; 11] = [
         full_screen,
     )
     .keys(&[key(Key::F11)]),
+    Command::new(
+        ("menus", "Go to the menus", Icon::Menu),
+        Menu::Window,
+        "Leads the keyboard to the first menu: the arrows go on, Enter opens.",
+        |window, _| window.panels.goes_to_menus = true,
+    )
+    .keys(&[key(Key::F10)]),
     theme!(
         "theme-system",
         "Theme of the desktop",

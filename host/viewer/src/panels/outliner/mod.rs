@@ -9,7 +9,7 @@ pub(crate) use pictures::BookmarkPictures;
 
 use super::Selection;
 use crate::commands::{self, find};
-use crate::theme::{icon_text, tokens};
+use crate::theme::{Icon, icon_text, tokens};
 use crate::window::Window;
 use eframe::egui::{
     Align, Button, CollapsingHeader, Layout, Response, RichText, Role, Stroke, Ui, WidgetInfo,
@@ -31,20 +31,23 @@ pub(crate) enum Dragged {
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     ui.spacing_mut().item_spacing.y = 1.0;
     let adds = if window.document.clouds.is_some() { "add" } else { "open" };
-    group(window, ui, "Clouds", Some(adds), lists::clouds);
-    group(window, ui, "Lights", Some("add-light"), lists::lights);
-    group(window, ui, "Cameras", Some("remember-camera"), lists::cameras);
-    group(window, ui, "Measures", Some("measure-distance"), lists::measures);
-    group(window, ui, "Views", Some("split"), lists::views);
-    group(window, ui, "Renderers", None, lists::renderers);
+    group(window, ui, "Clouds", &[adds], lists::clouds);
+    group(window, ui, "Lights", &ADDS_LIGHTS, lists::lights);
+    group(window, ui, "Cameras", &["remember-camera"], lists::cameras);
+    group(window, ui, "Measures", &["measure-distance"], lists::measures);
+    group(window, ui, "Views", &["split"], lists::views);
+    group(window, ui, "Renderers", &[], lists::renderers);
 }
 
-/// A list with its title, and the command that adds to it.
+/// The commands that add lights.
+const ADDS_LIGHTS: [&str; 3] = ["add-light", "add-point-light", "add-spot-light"];
+
+/// A list with its title, and the commands that add to it: behind a menu where there are several.
 fn group(
     window: &mut Window,
     ui: &mut Ui,
     title: &str,
-    adds: Option<&str>,
+    adds: &[&str],
     contents: impl FnOnce(&mut Window, &mut Ui),
 ) {
     let top = ui.cursor().top();
@@ -54,7 +57,7 @@ fn group(
         contents(window, ui);
         ui.add_space(6.0);
     });
-    let Some(command) = adds.and_then(find) else { return };
+    let Some(command) = adds.first().and_then(|id| find(id)) else { return };
     // At the right end of the title.
     let right = ui.max_rect().right();
     let place = eframe::egui::Rect::from_min_size(
@@ -67,6 +70,17 @@ fn group(
             .layout(Layout::right_to_left(Align::Center))
             .id_salt(("adds", title)),
     );
+    if adds.len() > 1 {
+        let shown = over.menu_button(icon_text(Icon::Plus), |ui| {
+            for command in adds.iter().filter_map(|id| find(id)) {
+                commands::menus::entry(window, ui, command);
+            }
+        });
+        let name = format!("add to {}", title.to_lowercase());
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+        shown.response.on_hover_text("Adds one.");
+        return;
+    }
     let refused = commands::why_not(window, command);
     let button = Button::new(icon_text(command.icon)).frame_when_inactive(false);
     let response = over.add_enabled(refused.is_none(), button);

@@ -177,7 +177,7 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
         (summary.normals.towards_scanner, "of them face the scanner"),
         (summary.normals.towards_free_space, "of them face free space"),
         (summary.normals.of_unsure_side, "of them of uncertain side"),
-        (summary.normals.turned, "of them turned round for it"),
+        (summary.normals.turned, "of them flipped for it"),
         (summary.radii.estimated, "radii estimated"),
         (summary.radii.clamped, "radii shortened"),
     ];

@@ -207,12 +207,15 @@ fn other_rows(ui: &mut Ui, light: &mut Light, context: &LightContext) {
     }
 }
 
+/// The brightest that can be typed: what adds up, and its square, stays finite in f32 by far.
+const BRIGHTEST: f64 = 1e9;
+
 /// The largest channel of a light, which keeps its colour; a value above `most` stays until it is
 /// changed.
 fn power(ui: &mut Ui, color: &mut Vec3, most: f64, what: &str) {
     let mut power = color.max_element();
     let about = "Of a lamp, times the square of a distance; as bright as a direct light of 1 at a distance of 1.";
-    let scale = Scale::linear(0.0..=most, "");
+    let scale = Scale::linear(0.0..=most, "").typed(0.0..=BRIGHTEST);
     if slider_row(ui, what, about, &mut power, &scale).changed() {
         let white =
             if color.max_element() > 0.0 { *color / color.max_element() } else { Vec3::ONE };

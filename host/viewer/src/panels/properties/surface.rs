@@ -19,9 +19,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         slider_row(ui, "point size", about, &mut surface.radius_scale, &scale);
     }
     let range = DEPTH_TOLERANCE.slider();
-    let scale = Scale::linear(f64::from(*range.start())..=f64::from(*range.end()), "");
+    let scale = Scale::linear(f64::from(*range.start())..=f64::from(*range.end()), " radii");
     let about = "Surfels so many of their radii behind the nearest one still blend with it.";
-    slider_row(ui, "depth tolerance, radii", about, &mut surface.depth_tolerance, &scale);
+    slider_row(ui, "depth tolerance", about, &mut surface.depth_tolerance, &scale);
     if is_surface {
         let range = LOW_PASS.slider();
         let scale = Scale::linear(f64::from(*range.start())..=f64::from(*range.end()), " px");

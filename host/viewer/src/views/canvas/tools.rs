@@ -89,7 +89,12 @@ fn choose(ui: &mut Ui, what: &str, names: &[String], chosen: &mut String, width:
     let menu = egui::ComboBox::from_id_salt(what).selected_text(chosen.as_str());
     let shown = menu.width(width).truncate().show_ui(ui, |ui| {
         for name in names {
-            ui.selectable_value(chosen, name.clone(), name);
+            let is_chosen = name == chosen;
+            let entry = ui.selectable_value(chosen, name.clone(), name);
+            // The list has just opened: the arrows lead on from what is chosen.
+            if is_chosen && ui.memory(|memory| memory.focused().is_none()) {
+                entry.request_focus();
+            }
         }
     });
     name(&shown.response, what);

@@ -74,7 +74,7 @@ fn select(window: &mut Window, ui: &mut Ui) {
         ui.checkbox(&mut window.views.hands.through, "also what lies behind")
             .on_hover_text("Selects all that is in the shape, and not only what is seen.");
     }
-    ui.weak("Shift adds, Ctrl takes away, both keep what is in both.");
+    ui.weak("Shift adds, Ctrl removes, Shift+Ctrl intersects.");
     let (n, of) = window.n_selected();
     ui.separator();
     ui.label(format!("{} of {} surfels", in_groups(n as u64), in_groups(of as u64)));
