@@ -39,8 +39,6 @@ fn main() -> ExitCode {
     if std::env::args_os().nth(1).is_some_and(|word| word == isolate::ARGUMENT) {
         return serve();
     }
-    #[cfg(target_os = "linux")]
-    silence_device_selection();
     terminal::start_log();
     let parsed = Cli::command().try_get_matches().and_then(|matches| {
         let given = ExplicitOptions::of(&matches);
@@ -50,6 +48,8 @@ fn main() -> ExitCode {
         Ok(parsed) => parsed,
         Err(error) => return terminal::not_understood(&error),
     };
+    #[cfg(target_os = "linux")]
+    start_again(cli.command.is_none());
     // Plugins may change the folder that the program is in; names that were typed are of this one.
     surfelshop_cloud::files::keep_folder();
     let _ends = surfelshop_runtime::plugins::guard_exit();
@@ -152,23 +152,33 @@ fn help(topic: Option<&str>) -> anyhow::Result<()> {
     terminal::line(page.text)
 }
 
-/// Starts the program again with Mesa's device-selection layer off, where there is no desktop session: the
-/// layer looks for one and complains on the standard error. It has nothing to select here: the program
-/// ranks adapters itself. The variable has to be there before the driver is loaded, and changing it
-/// within a running program is not safe.
+/// Starts the program again with what has to be in its environment before libraries are loaded: changing that within a
+/// running program is not safe.
 #[cfg(target_os = "linux")]
-fn silence_device_selection() {
+fn start_again(shows_window: bool) {
     use std::os::unix::process::CommandExt as _;
-    const SILENT: &str = "NODEVICE_SELECT";
-    if std::env::var_os("XDG_RUNTIME_DIR").is_some() || std::env::var_os(SILENT).is_some() {
+    let mut wanted = Vec::new();
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // Mesa's device-selection layer looks for a desktop session and complains on the standard error where there is
+        // none. It has nothing to select here: the program ranks adapters itself.
+        wanted.push(("NODEVICE_SELECT", "1"));
+    }
+    if shows_window && cfg!(target_env = "gnu") {
+        // The C library gives blocks from this size back as soon as they are let go. By itself it raises the limit to
+        // 32 MB with the first that it is given back, and what a software driver lets go of stays in its heaps: a third
+        // more memory in long use. Just below the blocks that a software device takes.
+        wanted.push(("MALLOC_MMAP_THRESHOLD_", "4190000"));
+    }
+    wanted.retain(|(name, _)| std::env::var_os(name).is_none());
+    let Ok(own) = std::env::current_exe() else { return };
+    if wanted.is_empty() {
         return;
     }
-    let Ok(own) = std::env::current_exe() else { return };
     let mut arguments = std::env::args_os();
     let mut again = std::process::Command::new(own);
     if let Some(name) = arguments.next() {
         again.arg0(name);
     }
-    // It returns only where that did not work; then the complaint stays.
-    drop(again.args(arguments).env(SILENT, "1").exec());
+    // It returns only where that did not work; then all goes on without.
+    drop(again.args(arguments).envs(wanted).exec());
 }

@@ -1,5 +1,6 @@
 //! The graphics device: which adapter is taken and what it can do.
 
+use crate::adapters::{adapters, is_software, rank};
 use crate::shader_features::ShaderFeature;
 use crate::stages::Stages;
 use crate::transfer::TransferBuffers;
@@ -20,6 +21,8 @@ const FORMATS: [wgpu::TextureFormat; 9] = [
     wgpu::TextureFormat::Depth32Float,
 ];
 
+/// The memory that a software device takes at once, bytes: the least that wgpu takes.
+const SMALL_BLOCK: u64 = 4 << 20;
 /// Buffers that a step of sorting binds.
 const SORTED_BUFFERS: u32 = 5;
 /// Buffers that composing splats tile by tile binds.
@@ -247,12 +250,7 @@ impl Gpu {
             label: Some("surfelshop"),
             required_features: features,
             required_limits: adapter.limits(),
-            // Of the large blocks that are quick on a card one stays when all in it is let go, and what
-            // a software driver has written of it stays in memory.
-            memory_hints: match info.device_type {
-                wgpu::DeviceType::Cpu => wgpu::MemoryHints::MemoryUsage,
-                _ => wgpu::MemoryHints::Performance,
-            },
+            memory_hints: memory_hints(&info),
             ..Default::default()
         };
         let (device, queue) =
@@ -425,6 +423,17 @@ impl Gpu {
     }
 }
 
+/// How device memory is taken. Of large blocks, which are quick on a card, nothing is let go while anything in them is in
+/// use; those of a software driver are memory of the program.
+fn memory_hints(info: &wgpu::AdapterInfo) -> wgpu::MemoryHints {
+    match info.device_type {
+        wgpu::DeviceType::Cpu => wgpu::MemoryHints::Manual {
+            suballocated_device_memory_block_size: SMALL_BLOCK..SMALL_BLOCK,
+        },
+        _ => wgpu::MemoryHints::Performance,
+    }
+}
+
 /// Whether shaders of the device can do what those of the host do. Through OpenGL, extensions promise
 /// it also where the shading language is too old for it: drivers that offer OpenGL 3.3 where wgpu asks
 /// for at least that.
@@ -465,36 +474,4 @@ fn storage_flags(
         false => adapter.get_texture_format_features(format).flags,
     };
     FORMATS.into_iter().map(|format| (format, flags_of(format))).collect()
-}
-
-/// Whether this machine has a device that is no software.
-#[must_use]
-pub fn has_graphics_card() -> bool {
-    adapters(wgpu::Backends::PRIMARY).iter().any(|adapter| !is_software(&adapter.get_info()))
-}
-
-/// Whether pictures of an adapter are computed by the processor.
-fn is_software(info: &wgpu::AdapterInfo) -> bool {
-    info.device_type == wgpu::DeviceType::Cpu || info.name.to_lowercase().contains("llvmpipe")
-}
-
-fn adapters(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
-    let descriptor = wgpu::InstanceDescriptor {
-        backends,
-        flags: wgpu::InstanceFlags::empty(),
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
-    };
-    let instance = wgpu::Instance::new(descriptor);
-    pollster::block_on(instance.enumerate_adapters(backends))
-}
-
-/// The order in which adapters are preferred.
-fn rank(kind: wgpu::DeviceType) -> u8 {
-    match kind {
-        wgpu::DeviceType::DiscreteGpu => 0,
-        wgpu::DeviceType::IntegratedGpu => 1,
-        wgpu::DeviceType::VirtualGpu => 2,
-        wgpu::DeviceType::Other => 3,
-        wgpu::DeviceType::Cpu => 4,
-    }
 }

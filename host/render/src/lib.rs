@@ -9,6 +9,7 @@
 //! Invariants: an unchanged structure compiles and plans nothing; a failed frame leaves nothing
 //! behind that a later frame could see; graphs and WGSL are not trusted.
 
+mod adapters;
 mod disk_cache;
 mod engine;
 mod environment_map;
@@ -23,13 +24,14 @@ mod stages;
 mod surfels;
 mod transfer;
 
+pub use adapters::has_graphics_card;
 pub use disk_cache::DiskCache;
 pub use engine::{
     ColumnUploader, Companion, Counters, Engine, EngineOptions, Explanation, FeatureUse, OutputUse,
     PartOf, Parts, PassUse, PreparedColumns, RenderRequest, Rendered, RendererPart, RendererUse,
     RendererView, Restored,
 };
-pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions, has_graphics_card};
+pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use graph::{CompileCounts, PassReport, PassState, RenderError};
 pub use resource_use::ResourceUse;
 pub use stages::{Clocks, StageClock, StageTime};

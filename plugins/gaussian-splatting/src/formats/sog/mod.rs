@@ -143,9 +143,9 @@ fn folder(archive: &Archive<'_>) -> Result<String> {
     };
     let folders = archive.entries().iter().filter_map(|entry| of(&entry.name));
     folders.min_by_key(String::len).ok_or_else(|| {
-        let n = archive.entries().len();
+        let first = archive.entries().first().map_or("nothing", |entry| entry.name.as_str());
         Error::new(format!(
-            "expected meta.json in the zip archive, found {n} other files: this is no .sog file"
+            "expected meta.json of a .sog file in the zip archive, found {first}: unpack the archive and open what is in it"
         ))
     })
 }
