@@ -10,6 +10,7 @@ use crate::outcome::Grid;
 use anyhow::bail;
 use glam::DVec3;
 use std::f64::consts::PI;
+use surfelshop_geometry::harmonics;
 
 /// The reflectance of models that are shown in grey.
 const ALBEDO: f64 = 0.4;
@@ -165,6 +166,32 @@ pub(super) fn registers(bench: &Bench<'_, '_>) -> anyhow::Result<Computed> {
     };
     let rows = ["x", "y", "z", "w"].iter().enumerate().map(|(at, name)| row(name, at)).collect();
     all.tables.push(Grid { caption: "The registers for this probe".to_owned(), head, rows });
+    Ok(all)
+}
+
+/// The irradiance of eq. 6 by the order of the harmonics, against the sum over all texels.
+pub(super) fn irradiance(bench: &Bench<'_, '_>) -> anyhow::Result<Computed> {
+    let sky = Sky::read(bench.path("rnl")?)?;
+    let directions = spread_directions();
+    let truth = sky.diffuse_of_texels(&directions);
+    let grey = |light: DVec3| light.element_sum() / 3.0;
+    let mean = truth.iter().map(|light| grey(*light)).sum::<f64>() / truth.len() as f64;
+    let mut all = Computed::default();
+    let found = &sky.probe.facts.harmonics;
+    let light = std::array::from_fn(|i| found.get(i).copied().unwrap_or_default());
+    for order in [0, 1, 2, 4] {
+        let coefficients = harmonics::of_diffuse_surface(&light, order, Default::default());
+        let off = |(normal, light): (&DVec3, &DVec3)| {
+            let found = DVec3::from(harmonics::evaluate(&coefficients, *normal));
+            (grey(found) - grey(*light)).abs() / mean.max(f64::MIN_POSITIVE)
+        };
+        let errors: Vec<f64> = directions.iter().zip(&truth).map(off).collect();
+        let average = errors.iter().sum::<f64>() / errors.len() as f64;
+        let largest = errors.iter().copied().fold(0.0, f64::max);
+        let what = |which: &str| format!("irradiance to order {order}: {which} error");
+        all.number(&what("mean"), 100.0 * average, "%");
+        all.number(&what("largest"), 100.0 * largest, "%");
+    }
     Ok(all)
 }
 

@@ -165,7 +165,7 @@ pub(crate) fn needs(name: &str) -> &'static [&'static str] {
         Some(("probe", _)) => &["uffizi"],
         Some(("splat", "B10")) => &["torso"],
         Some(("noise", "texture")) => &["plate"],
-        _ if name == "registers" => &["rnl"],
+        _ if matches!(name, "registers" | "irradiance") => &["rnl"],
         _ => &[],
     }
 }
@@ -186,6 +186,7 @@ pub(crate) fn evaluate(name: &str, bench: &mut Bench<'_, '_>) -> anyhow::Result<
         "splat" => splats::erratum(which, bench.size()),
         "probe" => sky::picture(bench.path(which)?),
         "registers" => harmonics::registers(bench),
+        "irradiance" => harmonics::irradiance(bench),
         "angles" => harmonics::angles(),
         "noise" if which == "texture" => noise::texture(bench),
         "noise" => noise::octaves(which),
@@ -214,6 +215,7 @@ mod tests {
                     "splat",
                     "probe",
                     "registers",
+                    "irradiance",
                     "angles",
                     "noise",
                     "form",

@@ -56,6 +56,22 @@ impl Sky {
         self.cells.iter().map(light).sum::<DVec3>() / std::f64::consts::PI
     }
 
+    /// The same for many normals, of each texel by itself.
+    pub(super) fn diffuse_of_texels(&self, normals: &[DVec3]) -> Vec<DVec3> {
+        use rayon::prelude::*;
+        let picture = &self.probe.picture;
+        let angles = solid_angles(self.probe.mapping, picture.width, picture.height);
+        let lit = picture.rgb.iter().zip(&angles).enumerate().filter_map(|(i, (texel, angle))| {
+            Some((direction(&self.probe, i)?, DVec3::from(texel.map(f64::from)) * *angle))
+        });
+        let lights: Vec<(DVec3, DVec3)> = lit.collect();
+        let of = |normal: &DVec3| {
+            let light = |(towards, light): &(DVec3, DVec3)| *light * towards.dot(*normal).max(0.0);
+            lights.iter().map(light).sum::<DVec3>() / std::f64::consts::PI
+        };
+        normals.par_iter().map(of).collect()
+    }
+
     /// The mean radiance by a weight of directions.
     pub(super) fn mean(&self, weight: impl Fn(DVec3) -> f64) -> DVec3 {
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);

@@ -18,6 +18,9 @@ const N_WHOLE: usize = 20;
 pub(super) fn run(files: &[String]) -> Result<()> {
     let files: Vec<_> = files.iter().map(std::path::absolute).collect::<Result<_, _>>()?;
     let first = files.first().context("expected files of clouds")?;
+    if let Some(missing) = files.iter().find(|file| !file.exists()) {
+        anyhow::bail!("{}: expected a cloud, found no such file", missing.display());
+    }
     let state = tempfile::tempdir()?;
     let screen = Screen::start(SIZE);
     let mut program = Program::start_with(&screen, &[first.as_os_str()], state.path(), &[]);
