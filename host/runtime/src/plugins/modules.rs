@@ -57,6 +57,7 @@ mod absent {
         "is a WebAssembly module, and this program was built without the sandbox that runs modules: \
          build it with the Cargo feature `sandbox`, or build the plugin as a library"
     )]
+    #[expect(unnameable_types, reason = "only shown; with the sandbox its crate names it")]
     pub struct Unfit;
 
     /// Refuses every module.

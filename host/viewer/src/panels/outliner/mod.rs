@@ -11,6 +11,7 @@ use super::Selection;
 use crate::commands::{self, find};
 use crate::theme::{Icon, icon_text, tokens};
 use crate::window::Window;
+use eframe::egui::containers::menu::MenuButton;
 use eframe::egui::{
     Align, Button, CollapsingHeader, Layout, Response, RichText, Role, Stroke, Ui, WidgetInfo,
 };
@@ -71,14 +72,15 @@ fn group(
             .id_salt(("adds", title)),
     );
     if adds.len() > 1 {
-        let shown = over.menu_button(icon_text(Icon::Plus), |ui| {
+        let button = Button::new(icon_text(Icon::Plus)).frame_when_inactive(false);
+        let (response, _shown) = MenuButton::from_button(button).ui(&mut over, |ui| {
             for command in adds.iter().filter_map(|id| find(id)) {
                 commands::menus::entry(window, ui, command);
             }
         });
         let name = format!("add to {}", title.to_lowercase());
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
-        shown.response.on_hover_text("Adds one.");
+        response.widget_info(|| WidgetInfo::labeled(Role::Button, true, &name));
+        response.on_hover_text("Adds one of several kinds.");
         return;
     }
     let refused = commands::why_not(window, command);

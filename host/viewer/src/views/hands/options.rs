@@ -78,26 +78,27 @@ fn select(window: &mut Window, ui: &mut Ui) {
     let (n, of) = window.n_selected();
     ui.separator();
     ui.label(format!("{} of {} surfels", in_groups(n as u64), in_groups(of as u64)));
-    ui.add_enabled_ui(n > 0, |ui| {
-        ui.horizontal(|ui| {
-            for id in ["surfels-delete", "surfels-crop", "surfels-split"] {
-                if let Some(command) = find(id)
-                    && ui.button(command.name).on_hover_text(command.about).clicked()
-                {
-                    (command.run)(window, &ui.ctx().clone());
-                }
+    if n == 0 {
+        return;
+    }
+    ui.horizontal(|ui| {
+        for id in ["surfels-delete", "surfels-crop", "surfels-split"] {
+            if let Some(command) = find(id)
+                && ui.button(command.name).on_hover_text(command.about).clicked()
+            {
+                (command.run)(window, &ui.ctx().clone());
             }
-        });
-        ui.horizontal(|ui| {
-            let label = ui.label("set");
-            let (name, value) = &mut window.views.hands.value;
-            ui.add(TextEdit::singleline(name).desired_width(100.0)).labelled_by(label.id);
-            ui.add(DragValue::new(value).speed(1.0)).labelled_by(label.id);
-            let about = "Writes the number into this column of what is selected.";
-            if ui.button("set value").on_hover_text(about).clicked() {
-                window.set_value_of_surfels();
-            }
-        });
+        }
+    });
+    ui.horizontal(|ui| {
+        let label = ui.label("set");
+        let (name, value) = &mut window.views.hands.value;
+        ui.add(TextEdit::singleline(name).desired_width(100.0)).labelled_by(label.id);
+        ui.add(DragValue::new(value).speed(1.0)).labelled_by(label.id);
+        let about = "Writes the number into this column of what is selected.";
+        if ui.button("set value").on_hover_text(about).clicked() {
+            window.set_value_of_surfels();
+        }
     });
 }
 

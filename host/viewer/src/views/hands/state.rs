@@ -50,13 +50,13 @@ pub(crate) fn hint(mode: &HandMode) -> Option<&'static str> {
         HandMode::Camera => return None,
         HandMode::Measure(kind) => measuring::hint(*kind),
         HandMode::Rectangle => {
-            "Drag a rectangle to select, Shift adds, Ctrl takes away; middle drag to turn, Escape ends"
+            "Drag a rectangle to select, Shift adds, Ctrl removes; middle drag to turn, Escape ends"
         }
         HandMode::Lasso => {
-            "Draw around what to select, Shift adds, Ctrl takes away; middle drag to turn, Escape ends"
+            "Draw around what to select, Shift adds, Ctrl removes; middle drag to turn, Escape ends"
         }
         HandMode::Brush => {
-            "Brush over what to select, Shift adds, Ctrl takes away; middle drag to turn, Escape ends"
+            "Brush over what to select, Shift adds, Ctrl removes; middle drag to turn, Escape ends"
         }
         HandMode::Tool(_) => {
             "Drag over the cloud to lead the tool, [ and ] change its radius; middle drag to turn, Escape ends"
