@@ -178,7 +178,11 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
     };
     row("radii", counted(&counts) + &range)?;
     let c = &summary.colors;
-    let counts = [(c.given, "given"), (c.neutral, "neutral"), (c.replaced, "replaced")];
+    let counts = [
+        (c.given, "given"),
+        (c.neutral, "not given: drawn in neutral grey"),
+        (c.replaced, "replaced"),
+    ];
     row("colours", counted(&counts))?;
     let facts = cloud.facts();
     if !cloud.is_empty() {

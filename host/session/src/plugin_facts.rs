@@ -3,11 +3,18 @@
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::TrustState;
 
-/// Who made a plugin.
+/// How the names of the program's own plugins begin.
+const OWN: &str = "org.surfelshop.";
+
+/// Who made a plugin, as it says itself.
 pub fn author(manifest: &Manifest) -> String {
     // As Cargo joins them.
     let authors = manifest.authors.replace(':', ", ");
-    if authors.is_empty() { "nobody named".to_owned() } else { authors }
+    match authors.is_empty() {
+        true if manifest.id.starts_with(OWN) => "Surfelshop".to_owned(),
+        true => "nobody named".to_owned(),
+        false => authors,
+    }
 }
 
 /// Under which licence a plugin is.

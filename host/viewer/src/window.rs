@@ -18,8 +18,8 @@ use surfelshop_api::{Camera, Projection, UnitKind};
 use surfelshop_cloud::display::Legend;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::inside;
-use surfelshop_session::options::camera::Extent;
-use surfelshop_session::options::lights;
+use surfelshop_session::options::camera::{CameraSpec, Extent};
+use surfelshop_session::options::{UpAxis, lights};
 use surfelshop_session::{parameters, session};
 
 /// The whole state of the window.
@@ -179,7 +179,27 @@ impl Window {
 
     /// The camera that sees all of an extent, in the projection of the focused pane.
     pub(crate) fn framing(&self, extent: &Extent) -> Camera {
-        let mut camera = initial_camera(extent, self.document.up, self.views.shape());
+        self.projected(initial_camera(extent, self.document.up, self.views.shape()))
+    }
+
+    /// The same, seen from where the focused pane sees it.
+    pub(crate) fn framing_from_here(&self, extent: &Extent) -> Camera {
+        let Camera { eye, target, up, .. } = self.camera_of(self.views.focused);
+        let Some(towards_camera) = (eye - target).try_normalize() else {
+            return self.framing(extent);
+        };
+        let here = CameraSpec::Preset { towards_camera, up };
+        let camera = self.projected(camera_in(extent, UpAxis::Y, here, self.views.shape()));
+        // From the usual side it is the usual camera to the last bit, which follows the shape of views.
+        let usual = self.framing(extent);
+        if usual.eye.distance(camera.eye) < 1e-9 * usual.eye.distance(usual.target) {
+            return usual;
+        }
+        camera
+    }
+
+    /// A camera in the projection of the focused pane.
+    fn projected(&self, mut camera: Camera) -> Camera {
         camera.projection = match self.camera_of(self.views.focused).projection {
             perspective @ Projection::Perspective { .. } => perspective,
             Projection::Orthographic { .. } => {
@@ -255,6 +275,7 @@ impl Window {
         // What was displayed of the former stays until that of the new ones is there.
         shown.open_clouds = open_clouds;
         self.views.pointer_position = None;
+        self.views.pointer_text.clear();
     }
 
     /// What the colours of the clouds mean; `None` where they are no numbers.

@@ -18,7 +18,7 @@ const GUESS: f32 = 0.2;
 
 /// What is said of such a scan.
 pub(super) const GUESS_LINE: &str = "it is a guess which side of the surface was scanned, and all normals may face the other one; \
-     `bake -t normals --set orientation=flip` turns them";
+     the tool `normals` with `orientation=flip` turns them";
 
 /// Confidence from which on a side counts as decided, as [`sides::by_visibility`] counts.
 pub(super) const DECIDED: f32 = 0.25;

@@ -8,6 +8,7 @@ use crate::memory::OutOfMemory;
 use crate::options::{PreviewSink, ReadOptions};
 use crate::table::{Field, Table};
 use std::time::{Duration, Instant};
+use surfelshop_geometry::hashing::scattered;
 
 /// The most points of a preview. What they lack is estimated in about half a second of two cores.
 pub const PREVIEW_POINTS: usize = 100_000;
@@ -73,9 +74,14 @@ impl Previews {
     }
 }
 
-/// Every so many-th of `rows` rows: so many that of `n` in all there are at most [`PREVIEW_POINTS`].
+/// One of every so many of `rows` rows: so many that of `n` in all there are at most [`PREVIEW_POINTS`]. Which one is drawn
+/// by lot, the same each time: files repeat their parts in turn, as a scanner's rings, and every so many-th row would see
+/// one of them alone.
 pub(crate) fn rows(n: usize, rows: usize) -> Vec<u32> {
-    (0..rows as u32).step_by(n.div_ceil(PREVIEW_POINTS).max(1)).collect()
+    let every = n.div_ceil(PREVIEW_POINTS).max(1);
+    let drawn = |first: usize| first + (scattered(first as u64) % every as u64) as usize;
+    let all = (0..rows).step_by(every).map(drawn).filter(|row| *row < rows);
+    all.map(|row| row as u32).collect()
 }
 
 fn sampled(table: &Table) -> Result<Table, OutOfMemory> {
@@ -91,4 +97,26 @@ fn sampled(table: &Table) -> Result<Table, OutOfMemory> {
         fields: table.fields.iter().map(field).collect::<Result<_, _>>()?,
         ..Table::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_that_files_have_in_turn_are_all_seen() {
+        let n = 48 * PREVIEW_POINTS;
+        let drawn = rows(n, n);
+        assert!(drawn.len() <= PREVIEW_POINTS && drawn.is_sorted());
+        for parts in [2, 3, 48] {
+            let mut counts = vec![0; parts];
+            drawn.iter().for_each(|row| counts[*row as usize % parts] += 1);
+            let even = PREVIEW_POINTS / parts;
+            assert!(counts.iter().all(|count| 10 * count > 9 * even), "{parts}: {counts:?}");
+        }
+        // What is there while a file is read is the beginning of it.
+        let first = rows(n, n / 2);
+        assert_eq!(first, drawn[..first.len()]);
+        assert_eq!(rows(100, 7), [0, 1, 2, 3, 4, 5, 6]);
+    }
 }

@@ -148,8 +148,13 @@ pub(super) fn lines(savings: &[Saving], n_frames: usize) -> Vec<String> {
             1 => "1 number of the picture differs".to_owned(),
             n => format!("{n} numbers of the picture differ"),
         };
+        // What repeats differ by anyway is no saving.
+        let time = match saved_ms.abs() > *spread_ms {
+            true => format!("{saved_ms:.2} ms"),
+            false => "no difference in time".to_owned(),
+        };
         lines.push(format!(
-            "  {what}: {saved_ms:.2} ms (quartiles {spread_ms:.2} apart; {without_ms:.2} instead of \
+            "  {what}: {time} (quartiles {spread_ms:.2} ms apart; {without_ms:.2} instead of \
              {with_ms:.2}), {:.2} MB, pipelines: {}, passes: {}; {picture}",
             saving.saved_bytes as f64 / 1e6,
             saving.saved_pipelines,

@@ -20,7 +20,7 @@ pub fn note(clouds: &Clouds, scene: &Scene) {
         terminal::note(line);
     }
     if let Some(line) = far_apart(clouds) {
-        terminal::note(format!("{line}; render one of them alone"));
+        terminal::note(format!("{line}: render one of them alone"));
     }
     for (i, light) in scene.lights.iter().enumerate() {
         if let Some(line) = unsuited(light, [clouds.facts.bounds_min, clouds.facts.bounds_max]) {
@@ -65,7 +65,7 @@ pub fn far_apart(clouds: &Clouds) -> Option<String> {
     is_far.then(|| {
         format!(
             "the clouds lie {} units apart and the largest is {} units across: none of them can be seen beside the others; \
-             are they in different coordinate systems?",
+             their coordinate systems may differ",
             rounded(whole),
             rounded(largest)
         )

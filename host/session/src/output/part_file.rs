@@ -180,8 +180,10 @@ fn folders(places: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
             all.push(place.clone());
             continue;
         }
-        let entries = std::fs::read_dir(place)
-            .with_context(|| format!("{}: expected a folder of parts", place.display()))?;
+        let entries = std::fs::read_dir(place).with_context(|| {
+            let place = place.display();
+            format!("{place}: expected a folder of parts (`convert` joins clouds)")
+        })?;
         let mut found = Vec::new();
         for entry in entries {
             let entry = entry.with_context(|| place.display().to_string())?;

@@ -3,7 +3,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use std::cell::{OnceCell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write};
 use std::ops::ControlFlow;
@@ -159,19 +159,25 @@ fn one_line(text: &str) -> String {
 /// Work shorter than this shows no progress bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// A log has a line of long work each time that so much has passed.
+const LOGGED_EVERY: Duration = Duration::from_secs(20);
+
 /// A progress bar on the terminal for work that takes longer than a moment.
 pub struct Progress {
     what: String,
     started: Instant,
     pace: RefCell<tools::Pace>,
     bar: OnceCell<ProgressBar>,
+    /// When a log was told last.
+    logged: Cell<Duration>,
 }
 
 impl Progress {
     /// Starts to wait; `what` stands before the bar.
     pub fn new(what: impl Into<String>) -> Self {
         let (pace, bar) = (RefCell::default(), OnceCell::new());
-        Self { what: what.into(), started: Instant::now(), pace, bar }
+        let logged = Cell::new(Duration::ZERO);
+        Self { what: what.into(), started: Instant::now(), pace, bar, logged }
     }
 
     /// Tells how far the work is, in [0, 1].
@@ -180,6 +186,7 @@ impl Progress {
         if let Some(bar) = self.shown() {
             show(bar, fraction, left);
         }
+        self.log(&self.what, fraction, left);
         ControlFlow::Continue(())
     }
 
@@ -191,6 +198,18 @@ impl Progress {
             bar.set_message(one_line(&what.join(": ")));
             show(bar, progress.fraction, progress.left);
         }
+        self.log(&self.what, progress.fraction, progress.left);
+    }
+
+    /// A line in a log now and then, where no bar can be shown.
+    fn log(&self, what: &str, fraction: f64, left: Option<Duration>) {
+        let passed = self.started.elapsed();
+        if passed < self.logged.get() + LOGGED_EVERY || io::stderr().is_terminal() {
+            return;
+        }
+        self.logged.set(passed);
+        let left = left.map_or_else(String::new, |left| format!(", {} left", in_words(left)));
+        note(format!("{what}: {:.0} %{left}", 100.0 * fraction.clamp(0.0, 1.0)));
     }
 
     /// The bar, once the work has taken a moment.

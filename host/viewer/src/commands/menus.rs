@@ -7,7 +7,7 @@ use crate::dialogs::{DialogPurpose, files};
 use crate::plugins::tool_window;
 use crate::theme::iconed;
 use crate::window::Window;
-use eframe::egui::{self, Ui};
+use eframe::egui::{self, EventFilter, Key, Popup, Response, Ui};
 
 /// Shows the menu bar.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
@@ -17,12 +17,26 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.menu_button("Tools", |ui| tool_window::menu(window, ui));
             }
             let shown = ui.menu_button(menu.name(), |ui| entries(window, ui, menu));
+            opens_by_arrow(ui, &shown.response);
             // From there the arrows lead on, and Enter opens.
             if menu == Menu::ALL[0] && std::mem::take(&mut window.panels.goes_to_menus) {
                 shown.response.request_focus();
             }
         }
     });
+}
+
+/// Opens the menu of a button that has the keyboard when the arrow down is pressed.
+fn opens_by_arrow(ui: &Ui, button: &Response) {
+    let id = Popup::default_response_id(button);
+    if !button.has_focus() || Popup::is_id_open(ui.ctx(), id) {
+        return;
+    }
+    let filter = EventFilter { vertical_arrows: true, ..EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(button.id, filter));
+    if ui.input(|input| input.key_pressed(Key::ArrowDown)) {
+        Popup::open_id(ui.ctx(), id);
+    }
 }
 
 /// The entries of a menu.

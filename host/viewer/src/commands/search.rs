@@ -1,12 +1,41 @@
 //! Finds what the user means by some words.
 
+/// What other programs call things, and a word of ours.
+const SYNONYMS: [(&str, &str); 19] = [
+    ("antialias", "settings"),
+    ("bookmark", "remember"),
+    ("clip", "crop"),
+    ("edl", "depth"),
+    ("export", "save"),
+    ("extract", "split"),
+    ("fit", "everything"),
+    ("fly", "walk"),
+    ("frame", "everything"),
+    ("home", "everything"),
+    ("import", "open"),
+    ("isolate", "others"),
+    ("lamp", "light"),
+    ("merge", "save"),
+    ("ortho", "orthographic"),
+    ("preferences", "settings"),
+    ("ruler", "distance"),
+    ("screenshot", "pictures"),
+    ("segment", "select"),
+];
+
 /// How well a text fits: the words in any order, each the beginning of a word, a part, or letters in order. Higher is
 /// better; `None` where a word is not found.
 pub(super) fn score(query: &str, name: &str, about: &str) -> Option<u32> {
     let (name, about) = (name.to_lowercase(), about.to_lowercase());
     let mut total = 0;
     for word in query.to_lowercase().split_whitespace() {
-        total += score_of_word(word, &name, &about)?;
+        let other = || {
+            let others = SYNONYMS.iter().filter(|(called, _)| called.starts_with(word));
+            let scores = others.filter_map(|(_, ours)| score_of_word(ours, &name, &about));
+            // What is called so itself comes first.
+            scores.max().map(|score| score / 2)
+        };
+        total += score_of_word(word, &name, &about).max(other().filter(|_| word.len() > 2))?;
     }
     // The name itself, its menu left out, before names that have more words.
     let is_name = name.rsplit(": ").next() == Some(query.trim().to_lowercase().as_str());
@@ -42,6 +71,9 @@ mod tests {
         assert!(
             fits("", "Save scene") && !fits("cloud", "Save scene") && !fits("zz", "Save scene")
         );
+        let fits_name = |query: &str, name: &str| score(query, name, "").is_some();
+        assert!(fits_name("bookmark", "Remember this camera") && !fits_name("bo", "Remember it"));
+        assert!(fits_name("screenshot", "Save pictures …") && fits_name("frame", "See everything"));
         let best = |query: &str, names: [&'static str; 2]| {
             names.into_iter().max_by_key(|name| score(query, name, "")).unwrap()
         };

@@ -25,6 +25,10 @@ impl Window {
     /// The scene's file, where the scene is no more what is in it. Moves of the camera do not count, as for undo, nor
     /// does a scene that was never saved: the next start can open the last session.
     fn changed_scene(&self) -> Option<&Path> {
+        // A preview in its place is no change; it came because there was none.
+        if self.document.preview.is_some() {
+            return None;
+        }
         let path = self.document.scene_path.as_deref()?;
         let now = self.snapshot();
         let is_changed = match &self.document.written {
@@ -37,7 +41,7 @@ impl Window {
     /// Whether other files would take the place of a scene that was put together here and is in no file: clouds that were
     /// added, names, bookmarks, measurements. Closing loses none of it: the next start can open the last session.
     fn loses_scene(&self) -> bool {
-        let Some(shown) = self.document.clouds.as_ref() else { return false };
+        let Some(shown) = self.document.complete_clouds() else { return false };
         let all = shown.open_clouds.all();
         let is_made = all.len() > 1
             || all.iter().any(|cloud| cloud.title().is_some())

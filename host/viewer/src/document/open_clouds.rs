@@ -139,12 +139,18 @@ impl OpenClouds {
     }
 
     /// Recovered clouds, with the rows of the manifest.
-    pub(crate) fn recovered(clouds: Clouds, entries: &[usize], rows: &[CloudRow]) -> Self {
+    pub(crate) fn recovered(
+        clouds: Clouds,
+        entries: &[usize],
+        rows: &[CloudRow],
+        n_opened: usize,
+    ) -> Self {
         let open_cloud = |(loaded, at): (&Loaded, &usize)| {
             let mut open_cloud = OpenCloud::read(loaded.clone(), *at);
             if let Some(row) = rows.iter().find(|row| row.at == *at) {
                 (open_cloud.visible, open_cloud.saved_as) = (row.visible, row.saved_as.clone());
                 open_cloud.entry = row.was_opened.then_some(*at);
+                open_cloud.title.clone_from(&row.title);
                 if row.file.is_some() {
                     open_cloud.loaded.summary.file.clone_from(&row.name);
                     (open_cloud.on_disk, open_cloud.recovered) = (Vec::new(), true);
@@ -153,7 +159,10 @@ impl OpenClouds {
             open_cloud
         };
         let all = clouds.loaded.iter().zip(entries).map(open_cloud).collect();
-        Self::of(all, Arc::default(), &clouds)
+        // What was opened and is no more open was removed.
+        let is_open = |at: &usize| rows.iter().any(|row| row.was_opened && row.at == *at);
+        let removed = (0..n_opened).filter(|at| !is_open(at)).collect();
+        Self::of(all, Arc::new(removed), &clouds)
     }
 
     /// Whether it is the same set of clouds, with the same ones saved.
@@ -318,7 +327,9 @@ impl OpenClouds {
         let mut all = self.all.to_vec();
         for open_cloud in &mut all {
             let entry = open_cloud.entry.and_then(|entry| scene.clouds.get(entry));
-            open_cloud.title = entry.and_then(|cloud| cloud.name.clone());
+            // What the user calls it now counts, as of a recovered one.
+            let title = open_cloud.title.take();
+            open_cloud.title = title.or_else(|| entry.and_then(|cloud| cloud.name.clone()));
             open_cloud.renderer = entry.and_then(|cloud| cloud.renderer.clone()).map(|renderer| {
                 let place = open_cloud.name();
                 NamedRenderer { renderer, place, folder: scene.folder.clone() }

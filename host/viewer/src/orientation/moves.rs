@@ -22,7 +22,11 @@ impl Window {
     /// Moves the camera of the focused pane to where it sees everything.
     pub(crate) fn fly_to_all(&mut self) {
         let Some(shown) = &self.document.clouds else { return };
-        let to = self.framing(&shown.extent);
+        // Somebody who walks looks at a wall.
+        let to = match self.views.walking {
+            true => self.framing(&shown.extent),
+            false => self.framing_from_here(&shown.extent),
+        };
         self.views.walking = false;
         self.fly_to(self.views.focused, to);
     }

@@ -11,6 +11,9 @@ use surfelshop_api::Camera;
 /// Longest bar, points of the screen.
 const LONGEST: f32 = 130.0;
 
+/// Views that are narrower have none, points of the screen.
+const NARROWEST: f32 = 150.0;
+
 /// A length for people, in scene units that are so many metres.
 fn label(length: f64, metres: Option<f64>) -> String {
     let (number, unit) = match metres.map(|metres| length * metres) {
@@ -39,8 +42,10 @@ pub(super) fn show(
 ) {
     let per_unit = f64::from(rect.height()) / navigation::height_at_target(camera);
     let unit = metres.unwrap_or(1.0);
-    let length = nice(f64::from(LONGEST) / per_unit * unit) / unit;
-    if !(per_unit > 0.0 && length.is_finite() && length > 0.0) || rect.width() < 3.0 * LONGEST {
+    // A third of a narrow view at most.
+    let longest = LONGEST.min(rect.width() / 3.0);
+    let length = nice(f64::from(longest) / per_unit * unit) / unit;
+    if !(per_unit > 0.0 && length.is_finite() && length > 0.0) || rect.width() < NARROWEST {
         return;
     }
     let width = (length * per_unit) as f32;

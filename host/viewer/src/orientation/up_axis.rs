@@ -34,7 +34,8 @@ impl Window {
     /// The same, where the environment stands as it should: views look at everything again.
     pub(crate) fn turn_up(&mut self, up: UpAxis) {
         self.document.up = up;
-        if let Some(ending) = ending_of(&self.document.files) {
+        // Of what is open now: other files may have been opened first.
+        if let Some(ending) = ending_of(&self.file_names()) {
             self.preferences.up.insert(ending, up.axis());
         }
         let Some(shown) = &self.document.clouds else { return };

@@ -107,11 +107,13 @@ fn form(window: &mut Window, ui: &mut Ui, name: &str) {
             ui.horizontal(|ui| {
                 let bar = egui::ProgressBar::new(progress.fraction as f32);
                 let width = (ui.available_width() - 70.0).max(80.0);
-                ui.add(bar.desired_width(width).text(describe(&progress)));
+                ui.add(bar.desired_width(width).show_percentage());
                 if ui.add_enabled(!stops, egui::Button::new("cancel")).clicked() {
                     window.plugins.tools.cancel();
                 }
             });
+            let text = egui::RichText::new(describe(&progress)).weak();
+            ui.add(egui::Label::new(text).wrap());
         }
         None => {
             let Some(shown) = window.document.complete_clouds() else {
@@ -162,12 +164,7 @@ fn choose_cloud(window: &mut Window, ui: &mut Ui) {
 
 /// The progress of a tool in one line.
 fn describe(progress: &Progress) -> String {
-    let mut line = format!("{:.0} %", 100.0 * progress.fraction);
-    if !progress.message.is_empty() {
-        line += &format!(": {}", progress.message);
-    }
-    if let Some(left) = progress.left {
-        line += &format!(", {} left", in_words(left));
-    }
-    line
+    let left = progress.left.map(|left| format!("{} left", in_words(left)));
+    let parts = [(!progress.message.is_empty()).then(|| progress.message.clone()), left];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }

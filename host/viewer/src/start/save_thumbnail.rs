@@ -32,7 +32,10 @@ impl Window {
         let document = &self.document;
         let path = match (&document.scene_path, document.files.as_slice()) {
             (Some(scene), []) => scene,
-            (None, [cloud]) => cloud,
+            // Others may have been opened beside it since, and itself removed.
+            (None, [cloud]) if matches!(&self.file_names()[..], [one] if one.file_name() == cloud.file_name()) => {
+                cloud
+            }
             _ => return None,
         };
         let path = std::path::absolute(path).ok()?;

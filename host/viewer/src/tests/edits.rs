@@ -271,6 +271,37 @@ fn edits_are_recovered_after_a_kill() {
     assert_eq!(n_files(folder.path()), 0);
 }
 
+/// Costs 2 s.
+#[test]
+fn a_recovered_scene_has_removed_clouds_no_more_and_keeps_names() {
+    let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let other = folders[0].path().join("other.ply");
+    std::fs::copy(SAMPLE, &other).unwrap();
+    let mut screen = with_tools(&[SAMPLE, other.to_str().unwrap()]);
+    screen.keeps_edits(folders[1].path());
+    let window = screen.window();
+    let open_clouds = window.document.clouds.as_ref().unwrap().open_clouds.clone();
+    window.show_clouds(open_clouds.without(0).titled(0, "mine"));
+    screen.frames();
+    run(&mut screen, "Stages AO");
+    screen.until_said("stages-ao made ao");
+    screen.until_saved();
+    let recovery = screen.window().document.recovery.as_mut().unwrap();
+    recovery.journal.finish(JournalEnd::Keep);
+    drop(screen);
+    let mut screen = with_tools(&[SAMPLE]);
+    screen.keeps_edits(folders[1].path());
+    screen.click("recover");
+    screen.until_said("not saved yet");
+    let names = items(screen.window()).iter().map(OpenCloud::name).collect::<Vec<_>>();
+    assert_eq!(names, ["mine"]);
+    let scene = folders[0].path().join("a.scene.toml");
+    screen.window().save_scene(&scene);
+    let saved = surfelshop_cloud::scene::read(&scene).unwrap().scene;
+    assert_eq!(saved.clouds.len(), 1, "{:?}", saved.clouds);
+    assert_eq!(saved.clouds[0].name.as_deref(), Some("mine"));
+}
+
 #[test]
 fn what_is_kept_follows_undo_and_saving_and_is_bounded() {
     use eframe::egui::{Context, Key, Modifiers};

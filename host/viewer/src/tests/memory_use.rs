@@ -3,21 +3,27 @@
 use super::{SAMPLE, Screen};
 use crate::document::Mode;
 use eframe::egui::Vec2;
+use std::time::{Duration, Instant};
+
+/// Much longer than the render thread takes to free unused memory, beside other tests too: it does after a second.
+const REST: Duration = Duration::from_secs(3);
 
 /// Waits until unused memory is freed, and returns the bytes that are held.
 fn held_bytes(screen: &mut Screen) -> u64 {
     screen.settle();
-    let (mut before, mut n_same) = (u64::MAX, 0);
-    // Longer than the render thread takes to free unused memory.
+    let (mut before, mut since) = (u64::MAX, Instant::now());
     screen.until("a rest", |window| {
         let now = window.render.counters.kept_bytes;
-        n_same = if now == before { n_same + 1 } else { 0 };
-        before = now;
-        n_same > 150
+        if now != before {
+            (before, since) = (now, Instant::now());
+        }
+        since.elapsed() > REST
     });
     before
 }
 
+/// Costs 13 s, of which it waits ten.
+///
 /// Invariant: a window made small again holds what a small one does, and switching renderers
 /// keeps no more pipelines
 #[test]

@@ -4,6 +4,7 @@ use super::Screen;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::PREVIEW_POINTS;
+use surfelshop_session::options::UpAxis;
 
 /// Points enough that they are shown before all of them are there.
 const POINTS: usize = 4 * PREVIEW_POINTS;
@@ -51,6 +52,27 @@ fn large_files_are_shown_while_they_are_read() {
     let window = screen.window();
     assert_eq!(window.document.clouds.as_ref().unwrap().clouds.facts.n_surfels, POINTS as u64);
     assert_eq!(window.views.camera, camera);
+}
+
+/// Costs 3 s.
+#[test]
+fn a_preview_in_place_of_a_saved_scene_is_no_change_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::sample();
+    let context = screen.harness.ctx.clone();
+    screen.window().save_scene(&folder.path().join("a.scene.toml"));
+    let file = bare(folder.path());
+    screen.window().open(&context, vec![file]);
+    screen.until("some of the points", |window| window.document.preview.is_some());
+    assert!(!screen.window().has_unsaved() && !screen.window().replacing_loses());
+    screen.until("all points", |window| window.document.preview.is_none());
+    let document = &screen.window().document;
+    assert!(document.unsaved_prompt.is_none() && document.scene_path.is_none());
+    // What is remembered of an axis is so of the files that are open now.
+    screen.window().document.files = vec![PathBuf::from("former.pcd")];
+    screen.window().set_up(UpAxis::Z);
+    let kept = &screen.window().preferences.up;
+    assert!(kept.contains_key("ply") && !kept.contains_key("pcd"), "{kept:?}");
 }
 
 #[test]

@@ -30,7 +30,7 @@ pub(super) static CAMERA: [Command; 13] = [
     Command::new(
         ("frame-all", "See everything", Icon::Scan),
         Menu::Camera,
-        "Moves the camera to where it sees all of what is open.",
+        "Moves the camera back to where it sees all of what is open, from the same side.",
         |window, _| window.fly_to_all(),
     )
     .keys(&[key(Key::F)])

@@ -81,7 +81,7 @@ impl Window {
     }
 
     /// The files of the clouds that are shown.
-    pub(super) fn file_names(&self) -> Vec<PathBuf> {
+    pub(crate) fn file_names(&self) -> Vec<PathBuf> {
         let shown = self.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
         shown.map(|loaded| PathBuf::from(&loaded.summary.file)).collect()
     }
@@ -296,7 +296,7 @@ impl Window {
         self.look_first();
         let shown = self.document.clouds.as_ref().filter(|_| scene.is_none());
         if let Some(line) = shown.and_then(|shown| plausibility::far_apart(&shown.clouds)) {
-            self.messages.warn(format!("{line}; double-click one in the list to look at it"));
+            self.messages.warn(format!("{line}: double-click one in the list to look at it"));
         }
         match scene {
             Some(scene) => {

@@ -69,7 +69,8 @@ pub(crate) fn restored_clouds(
             return None;
         }
     }
-    let open_clouds = OpenClouds::recovered(clouds, &entries, &session.manifest.clouds);
+    let open_clouds =
+        OpenClouds::recovered(clouds, &entries, &session.manifest.clouds, file.clouds.len());
     let names = session.manifest.names().join(", ");
     window.messages.report(format!("recovered {names}, not saved yet"));
     let scene = session.manifest.scene.clone();

@@ -50,6 +50,9 @@ pub(crate) struct CloudRow {
     pub(crate) saved_as: Option<PathBuf>,
     /// Its file in the folder, if it has unsaved edits.
     pub(crate) file: Option<String>,
+    /// What the user calls it.
+    #[serde(default)]
+    pub(crate) title: Option<String>,
 }
 
 impl Manifest {

@@ -84,6 +84,7 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
             name: open_cloud.loaded.summary.file.clone(),
             saved_as: open_cloud.saved_as.clone(),
             file: None,
+            title: open_cloud.title().cloned(),
         });
     }
     JournalTarget { scene: window.document.scene_path.clone(), rows, edited, shown, opened }

@@ -52,6 +52,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     let Some(environment) = &mut window.settings.environment else {
         let text = "Pictures of the light around a place (.hdr, .exr) can be dropped here.";
         ui.add(egui::Label::new(egui::RichText::new(text).weak()).wrap());
+        offer(window, ui);
         return;
     };
     let mut degrees = environment.rotation.to_degrees();
@@ -80,6 +81,26 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         });
     }
     used_by(window, ui);
+}
+
+/// Says that a renderer has no light, and offers some.
+pub(super) fn offer(window: &mut Window, ui: &mut Ui) {
+    let drawn = window.settings.pane(window.views.focused);
+    let is_drawn = drawn
+        .is_some_and(|pane| pane.renderers[..pane.mode.sides()].iter().any(|name| name == NATURAL));
+    if !is_drawn || window.settings.environment.is_some() {
+        return;
+    }
+    let text = format!("{NATURAL} draws by light from around, and there is none.");
+    let text = egui::RichText::new(text).color(ui.visuals().warn_fg_color);
+    ui.add(egui::Label::new(text).wrap());
+    ui.horizontal_wrapped(|ui| {
+        for (words, source) in [("studio", ProbeSource::Studio), ("sky", ProbeSource::Sky)] {
+            if ui.button(format!("light by {words}")).clicked() {
+                set_environment_map(window, source);
+            }
+        }
+    });
 }
 
 /// Offers the renderer that uses the light where the view's does not.

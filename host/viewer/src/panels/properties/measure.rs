@@ -13,6 +13,9 @@ const PLOT: f32 = 190.0;
 /// Most places that are listed.
 const MOST_LISTED: usize = 12;
 
+/// Letters of a place that stand in one line of the narrowest panel.
+const LONGEST_PLACE: usize = 24;
+
 /// Shows it.
 pub(super) fn show(window: &mut Window, ui: &mut Ui, index: usize) {
     let Some(measure) = window.settings.measures.get_mut(index) else { return };
@@ -78,7 +81,10 @@ fn numbers(window: &Window, ui: &mut Ui, measure: &Measure, surveyed: Option<&Su
 
 fn places(ui: &mut Ui, measure: &Measure) {
     for (i, place) in measure.places.iter().take(MOST_LISTED).enumerate() {
-        let text = format!("{:.4}  {:.4}  {:.4}", place.x, place.y, place.z);
+        let numbers = place.to_array().map(|number| format!("{number:.4}"));
+        // Coordinates of a map stand below each other.
+        let is_long = numbers.iter().map(String::len).sum::<usize>() > LONGEST_PLACE;
+        let text = numbers.join(if is_long { "\n" } else { "  " });
         let exact = format!("{:?} {:?} {:?}", place.x, place.y, place.z);
         row(ui, &format!("place {}", i + 1), "x, y and z, scene units", |ui| {
             ui.label(RichText::new(text).monospace().size(11.5)).on_hover_text(exact)

@@ -45,7 +45,10 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         Selection::Bookmark(i) => bookmark::show(window, ui, i),
         Selection::Measure(i) => measure::show(window, ui, i),
         Selection::View => {
-            section(ui, "Renderer", true, |ui| renderer::show(window, ui));
+            section(ui, "Renderer", true, |ui| {
+                environment::offer(window, ui);
+                renderer::show(window, ui);
+            });
             section(ui, "Compare", true, |ui| comparison::show(window, ui));
             section(ui, "Picture", true, |ui| picture::show(window, ui));
             section(ui, "Camera", true, |ui| camera::show(window, ui));
@@ -62,7 +65,7 @@ fn heading(window: &Window, ui: &mut Ui, selection: Selection) {
         Selection::Cloud(_) => (Icon::Cloud, "cloud"),
         Selection::Light(_) => (Icon::Lightbulb, "light"),
         Selection::LightOff(_) => (Icon::LightbulbOff, "switched off"),
-        Selection::Environment => (Icon::Globe, "of all clouds and views"),
+        Selection::Environment => (Icon::Globe, ""),
         Selection::Camera => (Icon::Video, "of the focused view"),
         Selection::Bookmark(_) => (Icon::Bookmark, "remembered camera"),
         Selection::Measure(i) => {

@@ -32,7 +32,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui, index: usize) {
     let reach = (facts.bounds_max - facts.bounds_min).length().max(1e-6);
     let id = ui.scope_id().with(("placement", index));
     let mut typed = ui.data(|data| data.get_temp::<Transform>(id)).unwrap_or(before);
-    let mut angles = degrees(&typed.rotation);
+    // What shows as zero has no sign.
+    let unsigned = |degrees: f64| if degrees.abs() < 5e-4 { 0.0 } else { degrees };
+    let mut angles = degrees(&typed.rotation).map(unsigned);
     let mut changes = false;
     let mut number = |ui: &mut Ui, label: &str, about: &str, drag: DragValue<'_>| {
         row(ui, label, about, |ui| {
