@@ -72,6 +72,8 @@ fn a_session_with_mouse_and_keys() {
     screen.xdotool("mousemove 800 400");
     program.drag_to_picture([900, 600], [820, 580], "ewa-phong");
     // How far a drag turns depends on when its events arrive; this view does not.
+    program.key("0");
+    std::thread::sleep(Duration::from_secs(1));
     program.key("f");
     program.picture(0, "ewa-phong");
     std::thread::sleep(Duration::from_millis(500));

@@ -2,6 +2,7 @@
 
 use super::picking;
 use crate::document::has_direction;
+use crate::panels::Selection;
 use crate::window::Window;
 use eframe::egui::{
     self, Color32, CursorIcon, Id, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2,
@@ -83,6 +84,7 @@ pub(crate) fn show(
     let mut interaction = HandleInteraction::default();
     let camera = window.camera_of(pane);
     let size_px = window.views.panes.get(&pane).map_or([0; 2], |pane| pane.size_px);
+    let is_selected = matches!(window.selection(), Selection::Light(_));
     let Some(shown) = &window.document.clouds else { return interaction };
     if !window.settings.shows_light_handles || size_px.contains(&0) {
         return interaction;
@@ -91,6 +93,8 @@ pub(crate) fn show(
     // A drag may lead out of the pane.
     let dragged = ui.scope_id().with("light handle dragged");
     let is_over = is_over || ui.ctx().data(|data| data.get_temp(dragged)).unwrap_or(false);
+    // Somebody who sets a light in its panel wants to see where it is.
+    let is_over = is_over || is_selected;
     for (side, &rect) in rects.iter().enumerate() {
         let picture = Picture { view, rect, painter: ui.painter_at(rect), is_over };
         for (i, light) in window.settings.scene.lights.iter_mut().enumerate() {

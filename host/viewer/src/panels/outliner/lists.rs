@@ -275,7 +275,7 @@ pub(super) fn renderers(window: &mut Window, ui: &mut Ui) {
         let entry = Entry {
             note,
             about: format!(
-                "{}\n\nA double click draws the focused view by it. Drag it onto a view: left to draw it, right to compare.",
+                "{}\n\nA click draws the focused view by it. Drag it onto a view: left to draw it, right to compare.",
                 summary(window, &name)
             ),
             ..Entry::new(Icon::Brush, &name)
@@ -287,11 +287,7 @@ pub(super) fn renderers(window: &mut Window, ui: &mut Ui) {
         if shown.row.dragged() {
             ghost(ui.ctx(), &name);
         }
-        // Without a mouse: the focused row and Enter.
-        let is_pressed = shown.row.has_focus()
-            && shown.row.clicked()
-            && ui.input(|input| input.key_pressed(eframe::egui::Key::Enter));
-        if shown.row.double_clicked() || is_pressed {
+        if shown.row.clicked() {
             let focused = window.views.focused;
             if let Some(pane) = window.settings.pane_mut(focused) {
                 pane.renderers[0] = name;
