@@ -96,12 +96,12 @@ fn label(stem: &str) -> String {
     }
 }
 
-/// Milliseconds of the runs in a list: median and the distance of the quartiles.
-fn times(runs: Option<&Value>) -> Option<(f64, f64)> {
+/// Milliseconds of the runs in a list: median and the distance of the quartiles, which one run has not.
+fn times(runs: Option<&Value>) -> Option<(f64, Option<f64>)> {
     let runs = runs?.as_array()?;
     let of = |run: &Value| run.get("wall_ms").and_then(Value::as_f64);
     let all: Option<Vec<f64>> = runs.iter().map(of).collect();
-    all.and_then(|all| median(&all).zip(spread(&all)))
+    all.and_then(|all| Some((median(&all)?, spread(&all).filter(|_| all.len() > 1))))
 }
 
 fn comparison(
@@ -141,7 +141,7 @@ fn comparison(
             cell(rmse),
             cell(flip),
             ms.map_or(String::new(), |ms| format!("{ms:.1}")),
-            found.map_or(String::new(), |(_, spread)| format!("{spread:.1}")),
+            found.and_then(|(_, spread)| spread).map_or(String::new(), |ms| format!("{ms:.1}")),
             ms.map_or(String::new(), |ms| format!("{:.1}", 1e3 / ms.max(1e-9))),
             ms.zip(n_surfels)
                 .map_or(String::new(), |(ms, n)| format!("{:.2}", n as f64 / ms.max(1e-9) / 1e3)),
@@ -200,7 +200,7 @@ fn report(
                 shown(error("rmse"), 5),
                 shown(error("max_absolute"), 4),
                 shown(found.map(|(ms, _)| ms / 1e3), 3),
-                shown(found.map(|(_, spread)| spread / 1e3), 3),
+                shown(found.and_then(|(_, spread)| spread).map(|ms| ms / 1e3), 3),
             ]);
             if let (Some(at), Some(rmse)) = (at("rmse"), error("rmse")) {
                 outcome.numbers.push(Number {

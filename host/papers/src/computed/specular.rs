@@ -86,23 +86,32 @@ fn fresnels(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed
     Ok(all)
 }
 
+/// Width of the thesis's blurred map: the standard deviation of 11.5 degrees, radians.
+const BLUR: f64 = 0.2007;
+
+/// What is mirrored of the light, so that a bright probe leaves it below white.
+const SHARE: f64 = 0.4;
+
 fn mirrored(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed> {
     let sky = Sky::read(bench.path("rnl")?)?;
     let c = 0.3;
+    // The map is blurred as in section 3.3, and what D makes of c is nothing.
     let printed = surface.shaded(|n, _| {
         let ray = surface.mirrored(n);
         let half = (ray + surface.to_eye).normalize_or(n);
-        sky.radiance(ray) * distribution(n.dot(half), c)
+        let blurred = sky.mean(|towards| ((towards.dot(ray) - 1.0) / BLUR.powi(2)).exp());
+        SHARE * blurred * distribution(n.dot(half), c)
     });
     let corrected = surface.shaded(|n, _| {
         let ray = surface.mirrored(n);
-        sky.mean(|towards| (concentration(c) * (towards.dot(ray) - 1.0)).exp())
+        SHARE * sky.mean(|towards| (concentration(c) * (towards.dot(ray) - 1.0)).exp())
     });
     let truth = surface.shaded(|n, _| {
-        sky.mean(|towards| {
-            let half = (towards + surface.to_eye).normalize_or(n);
-            distribution(n.dot(half), c).powi(2) * towards.dot(n).max(0.0)
-        })
+        SHARE
+            * sky.mean(|towards| {
+                let half = (towards + surface.to_eye).normalize_or(n);
+                distribution(n.dot(half), c).powi(2) * towards.dot(n).max(0.0)
+            })
     });
     let mut all = Computed::pair(&printed, &corrected, &truth)?;
     let d = |c: f64| {
