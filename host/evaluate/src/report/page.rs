@@ -141,6 +141,10 @@ pub(crate) fn write(target: &Target<'_>, swept: &Swept) -> anyhow::Result<()> {
     let mut for_programs = Vec::new();
     for (knob, cells) in all {
         let title = format!("{} by {knob}, against {truth}", unit.id);
+        if cells.len() > 1 && cells.iter().all(|cell| cell.error("rmse") == Some(0.0)) {
+            page.notes
+                .push(format!("All errors by {knob} are zero: these values change nothing here."));
+        }
         page.plots.extend(plots(swept, folder, (knob, &title), cells)?);
         let rows = cells.iter().map(|cell| row(swept, words, cell)).collect();
         page.tables.push(Table { caption: title, columns: columns(swept, knob), rows });
