@@ -68,6 +68,21 @@ impl Surfels {
         }
     }
 
+    /// Leaves out what the place and normal of a surfel say.
+    fn retain(&mut self, keeps: impl Fn(Vec3, Vec3) -> bool) {
+        let mut kept = Self::default();
+        let of = |values: &[f32]| Vec3::from_slice(values);
+        let all = self.positions.chunks_exact(3).zip(self.normals.chunks_exact(3));
+        for ((place, normal), radius) in all.zip(&self.radii) {
+            if keeps(of(place), of(normal)) {
+                kept.positions.extend_from_slice(place);
+                kept.normals.extend_from_slice(normal);
+                kept.radii.push(*radius);
+            }
+        }
+        *self = kept;
+    }
+
     fn cloud(self) -> anyhow::Result<Cloud> {
         let columns = vec![
             Column::new("position", 3, Buffer::F32(self.positions)),
@@ -125,6 +140,11 @@ fn steps() -> Surfels {
         let x = (i as f64 - 1.0) * 0.5;
         surfels.block(DVec3::new(x, height, 0.0), DVec3::new(0.25, height, 0.6), 40.0);
     }
+    // Where a block touches the next there is no surface.
+    surfels.retain(|place, normal| {
+        let touches = |x: f32, height: f32| (place.x - x).abs() < 1e-6 && place.y < height;
+        normal.x.abs() < 0.5 || !(touches(-0.25, 0.5) || touches(0.25, 1.0))
+    });
     surfels
 }
 
