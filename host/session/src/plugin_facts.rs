@@ -3,17 +3,19 @@
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::TrustState;
 
-/// How the names of the program's own plugins begin.
-const OWN: &str = "org.surfelshop.";
-
 /// Who made a plugin, as it says itself.
 pub fn author(manifest: &Manifest) -> String {
     // As Cargo joins them.
     let authors = manifest.authors.replace(':', ", ");
-    match authors.is_empty() {
-        true if manifest.id.starts_with(OWN) => "Surfelshop".to_owned(),
-        true => "nobody named".to_owned(),
-        false => authors,
+    if authors.is_empty() { "nobody named".to_owned() } else { authors }
+}
+
+/// The same of a plugin that was found: those that lie beside the program are its own and name nobody. A name alone proves
+/// nothing.
+pub fn author_of(manifest: &Manifest, trust: TrustState) -> String {
+    match trust {
+        TrustState::OfProgram if manifest.authors.is_empty() => "Surfelshop".to_owned(),
+        _ => author(manifest),
     }
 }
 

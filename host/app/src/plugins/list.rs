@@ -11,7 +11,7 @@ use surfelshop_api::format::Recognition;
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, Origin, Place, Registry, SearchPath, State};
 use surfelshop_session::output::terminal;
-use surfelshop_session::plugin_facts::{ISOLATED, api_range, author, licence, trusted};
+use surfelshop_session::plugin_facts::{ISOLATED, api_range, author_of, licence, trusted};
 use surfelshop_session::trust_file::TrustFile;
 
 /// Runs the command.
@@ -123,7 +123,7 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
     if let Some(preview) = preview(entry) {
         row("preview", &preview.display().to_string());
     }
-    row("by", &author(manifest));
+    row("by", &author_of(manifest, entry.trust));
     row("licence", licence(manifest));
     for unit in &manifest.units {
         row(unit.kind.word(), &format!("{} ({}): {}", unit.id, unit.title, unit.summary));

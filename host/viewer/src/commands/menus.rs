@@ -14,7 +14,8 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     egui::MenuBar::new().ui(ui, |ui| {
         for menu in Menu::ALL {
             if menu == Menu::Window {
-                ui.menu_button("Tools", |ui| tool_window::menu(window, ui));
+                let shown = ui.menu_button("Tools", |ui| tool_window::menu(window, ui));
+                opens_by_arrow(ui, &shown.response);
             }
             let shown = ui.menu_button(menu.name(), |ui| entries(window, ui, menu));
             opens_by_arrow(ui, &shown.response);

@@ -1,8 +1,7 @@
 //! Finds what the user means by some words.
 
 /// What other programs call things, and a word of ours.
-const SYNONYMS: [(&str, &str); 19] = [
-    ("antialias", "settings"),
+const SYNONYMS: [(&str, &str); 17] = [
     ("bookmark", "remember"),
     ("clip", "crop"),
     ("edl", "depth"),
@@ -15,7 +14,6 @@ const SYNONYMS: [(&str, &str); 19] = [
     ("import", "open"),
     ("isolate", "others"),
     ("lamp", "light"),
-    ("merge", "save"),
     ("ortho", "orthographic"),
     ("preferences", "settings"),
     ("ruler", "distance"),

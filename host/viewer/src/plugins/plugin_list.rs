@@ -5,7 +5,7 @@ use crate::window::Window;
 use eframe::egui::{Grid, Label, ScrollArea, Ui};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, State, TrustState};
-use surfelshop_session::plugin_facts::{ISOLATED, author, licence, trusted};
+use surfelshop_session::plugin_facts::{ISOLATED, author_of, licence, trusted};
 use surfelshop_session::trust_file::TrustFile;
 
 /// Digits of a SHA-256 that a row shows; the tooltip has all.
@@ -102,13 +102,7 @@ fn row(ui: &mut Ui, entry: &Entry) -> RowChoice {
     } else {
         String::new()
     });
-    // The program's own name nobody.
-    let is_own = manifest.authors.is_empty() && matches!(entry.trust, TrustState::OfProgram);
-    ui.label(match (known, is_own) {
-        (true, true) => "Surfelshop".to_owned(),
-        (true, false) => author(&manifest),
-        (false, _) => String::new(),
-    });
+    ui.label(if known { author_of(&manifest, entry.trust) } else { String::new() });
     ui.label(if known { licence(&manifest) } else { "" });
     let sha256 = entry.contents().to_string();
     let file = format!("{}…  {}", &sha256[..DIGITS], entry.path.display());
