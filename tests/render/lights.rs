@@ -40,7 +40,7 @@ fn units() -> [Unit; 3] {
 const OUTPUTS: [Output; 4] = [Output::Color, Output::Normal, Output::Albedo, Output::Depth];
 
 fn engine(backend: Backend) -> Engine {
-    let gpu = GpuOptions { backend: Some(backend), adapter: None };
+    let gpu = GpuOptions { backend: Some(backend), ..GpuOptions::default() };
     stage::engine_with(&gpu, &EngineOptions::default())
 }
 

@@ -50,6 +50,9 @@ pub struct GpuOptions {
     pub backend: Option<Backend>,
     /// Only an adapter whose name contains this text, ignoring case.
     pub adapter: Option<String>,
+    /// Whether a software device takes memory in small blocks, which go back as soon as they are let go: for what is
+    /// open for hours. It takes the C library's help to be worth it.
+    pub small_blocks: bool,
 }
 
 /// Why there is no device.
@@ -177,7 +180,7 @@ impl Gpu {
                     .as_ref()
                     .is_none_or(|wanted| name.to_lowercase().contains(&wanted.to_lowercase()));
                 if wanted {
-                    return Self::open(adapter);
+                    return Self::open(adapter, options.small_blocks);
                 }
                 if !found.contains(&name) {
                     found.push(name);
@@ -213,14 +216,14 @@ impl Gpu {
         });
         let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::NOOP));
         let none = || GpuError::NoAdapter { tried: "no-op".to_owned() };
-        Self::open(found.first().ok_or_else(none)?)
+        Self::open(found.first().ok_or_else(none)?, false)
     }
 
     /// Opens a device on an adapter.
     ///
     /// # Errors
     /// Where the adapter lacks compute or storage buffers, or its driver refuses.
-    pub fn open(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+    pub fn open(adapter: &wgpu::Adapter, small_blocks: bool) -> Result<Self, GpuError> {
         let info = adapter.get_info();
         let has = |flag| adapter.get_downlevel_capabilities().flags.contains(flag);
         for (flag, missing) in [
@@ -250,7 +253,7 @@ impl Gpu {
             label: Some("surfelshop"),
             required_features: features,
             required_limits: adapter.limits(),
-            memory_hints: memory_hints(&info),
+            memory_hints: memory_hints(&info, small_blocks),
             ..Default::default()
         };
         let (device, queue) =
@@ -425,11 +428,12 @@ impl Gpu {
 
 /// How device memory is taken. Of large blocks, which are quick on a card, nothing is let go while anything in them is in
 /// use; those of a software driver are memory of the program.
-fn memory_hints(info: &wgpu::AdapterInfo) -> wgpu::MemoryHints {
+fn memory_hints(info: &wgpu::AdapterInfo, small_blocks: bool) -> wgpu::MemoryHints {
     match info.device_type {
-        wgpu::DeviceType::Cpu => wgpu::MemoryHints::Manual {
+        wgpu::DeviceType::Cpu if small_blocks => wgpu::MemoryHints::Manual {
             suballocated_device_memory_block_size: SMALL_BLOCK..SMALL_BLOCK,
         },
+        wgpu::DeviceType::Cpu => wgpu::MemoryHints::MemoryUsage,
         _ => wgpu::MemoryHints::Performance,
     }
 }

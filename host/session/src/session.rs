@@ -56,7 +56,7 @@ pub fn gpu_options(device: &DeviceArguments) -> GpuOptions {
         BackendChoice::Metal => Backend::Metal,
         BackendChoice::Dx12 => Backend::Dx12,
     });
-    GpuOptions { backend, adapter: device.adapter.clone() }
+    GpuOptions { backend, adapter: device.adapter.clone(), small_blocks: device.small_blocks }
 }
 
 /// How surfels are to be drawn.

@@ -30,8 +30,8 @@ pub(crate) fn run() -> Result<()> {
 
 fn twins() -> Result<()> {
     let benches = [Backend::Primary, Backend::Gl];
-    let mut benches =
-        benches.map(|backend| Bench::new(&GpuOptions { backend: Some(backend), adapter: None }));
+    let mut benches = benches
+        .map(|backend| Bench::new(&GpuOptions { backend: Some(backend), ..GpuOptions::default() }));
     println!("Largest differences of albedo, 20,000 places, frequency 11.3, 9 octaves:\n");
     println!("| pattern | {} - f64 | {} - f64 | apart |", benches[0].device(), benches[1].device());
     println!("|---|---|---|---|");

@@ -38,7 +38,7 @@ fn compute() -> Engine {
 }
 
 fn opengl(surfels: SurfelDrawing) -> Engine {
-    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let gpu = GpuOptions { backend: Some(Backend::Gl), ..GpuOptions::default() };
     engine_with(&gpu, &EngineOptions { surfels, ..EngineOptions::default() })
 }
 
@@ -190,7 +190,8 @@ fn opengl_calls_functions_of_pixels() {
 #[test]
 fn what_neither_blends_nor_lists_is_refused_by_a_line() {
     let cloud = Gaussians::generated(3).cloud();
-    let mut gpu = Gpu::headless(&GpuOptions { backend: Some(Backend::Gl), adapter: None }).unwrap();
+    let mut gpu =
+        Gpu::headless(&GpuOptions { backend: Some(Backend::Gl), ..GpuOptions::default() }).unwrap();
     gpu.blends_f32 = false;
     let mut engine = Engine::new(gpu, &quads()).unwrap();
     let words = ["pass `splats`", "OpenGL", "`faded`", "per_pixel", "depths"];

@@ -10,7 +10,7 @@ use surfelshop_tests::clouds::{self, Surfels};
 use surfelshop_tests::stage;
 
 fn engine(backend: Backend) -> Engine {
-    let gpu = GpuOptions { backend: Some(backend), adapter: None };
+    let gpu = GpuOptions { backend: Some(backend), ..GpuOptions::default() };
     stage::engine_with(&gpu, &EngineOptions::default())
 }
 

@@ -253,7 +253,7 @@ fn as_many_invocations_run_as_a_buffer_says_and_never_more_than_was_said() {
 
 #[test]
 fn opengl_counts_as_vulkan_does_and_refuses_to_sort_in_software() {
-    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let gpu = GpuOptions { backend: Some(Backend::Gl), ..GpuOptions::default() };
     let mut engine = stage::engine_with(&gpu, &EngineOptions::default());
     let (marks, invocations) = counted(&mut engine, 700, 1000);
     assert_eq!((marks.iter().sum::<u32>(), invocations), (700, 704));

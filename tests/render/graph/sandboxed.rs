@@ -241,7 +241,7 @@ fn graphs_beyond_a_limit_are_refused() {
 /// Invariant: where a device checks no bounds, graphs of sandboxed plugins are refused, by a line that says so
 #[test]
 fn devices_that_check_no_bounds_refuse() {
-    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let gpu = GpuOptions { backend: Some(Backend::Gl), ..GpuOptions::default() };
     let mut engine = stage::engine_with(&gpu, &EngineOptions::default());
     let line = run(&mut engine, &computing(HONEST, [1, 1, 1], 64)).unwrap_err().to_string();
     assert!(line.contains("does not check the bounds of buffers: use Vulkan"), "{line}");

@@ -86,7 +86,7 @@ fn compare_with(
 }
 
 fn engine(backend: Backend) -> GpuOptions {
-    GpuOptions { backend: Some(backend), adapter: None }
+    GpuOptions { backend: Some(backend), ..GpuOptions::default() }
 }
 
 /// Invariant: noise and every pattern are those of an f64 twin, on Vulkan and OpenGL, a million

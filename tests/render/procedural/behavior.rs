@@ -424,7 +424,7 @@ fn the_pattern_of_the_readme_works() {
 /// Through OpenGL a volume would stay empty but for its first slice; that is said instead.
 #[test]
 fn volumes_are_refused_where_they_cannot_be_filled() {
-    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let gpu = GpuOptions { backend: Some(Backend::Gl), ..GpuOptions::default() };
     let engine = stage::engine_with(&gpu, &EngineOptions::default());
     let renderer = stage::built_renderer(&engine, "surfelshop-procedural", "procedural");
     let mut lab = Lab { engine, renderer, scene: Scene::default() };

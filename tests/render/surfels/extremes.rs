@@ -24,7 +24,7 @@ fn thousands_of_surfels_at_one_place_keep_their_colour() {
         let expected = [240u8, 120, 30].map(|v| srgb_to_linear(f32::from(v) / 255.0));
         let cloud = surfels.cloud();
         for backend in [Backend::Primary, Backend::Gl] {
-            let gpu = GpuOptions { backend: Some(backend), adapter: None };
+            let gpu = GpuOptions { backend: Some(backend), ..GpuOptions::default() };
             let mut engine = stage::engine_with(&gpu, &EngineOptions::default());
             let mut renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
             let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);

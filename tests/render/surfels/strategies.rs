@@ -359,7 +359,7 @@ fn compute_gives_the_same_bits_again() {
         mixed.radii[i] *= 12.0;
     }
     let case = Case::new("mixed", &mixed, ahead(2.0));
-    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let gpu = GpuOptions { backend: Some(Backend::Gl), ..GpuOptions::default() };
     let options = EngineOptions { surfels: SurfelDrawing::Compute, ..EngineOptions::default() };
     let [vulkan, ..] = Way::others();
     for mut way in [vulkan, Way::on("OpenGL", &gpu, options)] {
@@ -430,7 +430,7 @@ fn a_frame_shows_nothing_of_those_before_it() {
 
 #[test]
 fn opengl_computes_what_vulkan_computes() {
-    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let gpu = GpuOptions { backend: Some(Backend::Gl), ..GpuOptions::default() };
     let options = EngineOptions { surfels: SurfelDrawing::Compute, ..EngineOptions::default() };
     let mut opengl = Way::on("OpenGL", &gpu, options);
     let [mut vulkan, ..] = Way::others();

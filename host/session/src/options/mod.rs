@@ -201,6 +201,9 @@ pub struct DeviceArguments {
     /// The graphics adapter: any part of its name.
     #[arg(long, value_name = "TEXT")]
     pub adapter: Option<String>,
+    /// Whether memory of a software device goes back as soon as it is let go: for windows.
+    #[arg(skip)]
+    pub small_blocks: bool,
 }
 
 /// The form of what is printed.

@@ -207,7 +207,8 @@ fn what_cannot_be_is_refused_in_a_line() {
     assert!(with("sh0.webp", b"\x89PNG".to_vec()).contains("expected a WebP image"));
     assert!(with("sh0.webp", image(2000, &vec![[0; 4]; 1 << 18])).contains("2000 x 132"));
     assert!(
-        refusal::<Sog>(&Zip::default().with("a.txt", vec![1]).bytes()).contains("1 other files")
+        refusal::<Sog>(&Zip::default().with("a.txt", vec![1]).bytes())
+            .contains("found a.txt: unpack")
     );
     assert!(refusal::<Sog>(b"ply\n").contains("zip archive"));
     assert!(refusal::<Sog>(b"PK\x03\x04 and no more").contains("table of a zip archive"));

@@ -107,7 +107,8 @@ pub(in crate::render_thread) struct RenderWorker {
 
 /// Opens the device. The host keeps all columns of large clouds, since any may be requested later.
 fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<RenderSession> {
-    let mut session = RenderSession::open(device, plugins)?;
+    let device = DeviceArguments { small_blocks: true, ..device.clone() };
+    let mut session = RenderSession::open(&device, plugins)?;
     session.engine.keep_whole_from(LARGE);
     // The pointer reads what is seen, whoever drew it.
     session.engine.show_whole_depths(true);
