@@ -195,11 +195,6 @@ fn made(name: &str) -> anyhow::Result<Cloud> {
             surfels.sphere(8_000, -1.0);
             surfels
         }
-        "ball" => {
-            let mut surfels = Surfels::default();
-            surfels.sphere(6_000, 1.0);
-            surfels
-        }
         "sheets" => sheets(),
         "steps" => steps(),
         "plate" => {
@@ -240,7 +235,7 @@ mod tests {
 
     #[test]
     fn made_clouds_are_finite_and_face_where_they_say() {
-        for name in ["knot", "ball", "cavity", "sheets", "steps", "plate", "ring", "dish"] {
+        for name in ["knot", "cavity", "sheets", "steps", "plate", "ring", "dish"] {
             let cloud = made(name).unwrap();
             let (positions, normals, radii) = surfels(&cloud);
             assert!(positions.len() >= 6_000, "{name}: {}", positions.len());

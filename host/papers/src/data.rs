@@ -5,6 +5,7 @@ use anyhow::{Context as _, anyhow, bail};
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use surfelshop_cloud::{Contents, ReadOptions, inspect};
 use surfelshop_session::input::sample::find_sample;
 
 /// What `data.toml` lists.
@@ -23,6 +24,9 @@ struct OfPaper {
     key: String,
     names: Vec<String>,
     of: String,
+    /// Points it has; of probes 0.
+    #[serde(default)]
+    points: u64,
     /// What the paper shows where this is another model.
     #[serde(default)]
     instead_of: String,
@@ -114,8 +118,12 @@ impl Data {
             let other = Some(file.instead_of.clone()).filter(|of| !of.is_empty());
             return match path {
                 Some(path) => {
-                    let meaning = Meaning::File { path: path.clone(), of: file.of.clone() };
-                    Ok(Found { meaning, stands_in_for: other, view: file.view.clone() })
+                    let (of, stands_in_for) = match file.is(path) {
+                        true => (file.of.clone(), other),
+                        false => (called(path), other.or_else(|| Some(file.of.clone()))),
+                    };
+                    let meaning = Meaning::File { path: path.clone(), of };
+                    Ok(Found { meaning, stands_in_for, view: file.view.clone() })
                 }
                 None => {
                     let found = self.found(&file.stand_in)?;
@@ -143,6 +151,22 @@ impl Data {
         };
         Ok(Found { meaning, stands_in_for: None, view: String::new() })
     }
+}
+
+impl OfPaper {
+    /// Whether a file of its name has as many points. What cannot be read is said by the step that reads it.
+    fn is(&self, path: &Path) -> bool {
+        let found = || inspect(path, &ReadOptions::default());
+        let n_points =
+            |found: Contents| found.clouds.iter().map(|cloud| cloud.n_points).sum::<u64>();
+        self.points == 0 || found().is_ok_and(|found| self.points == n_points(found))
+    }
+}
+
+/// What a file shows of which nothing is known but its name.
+fn called(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    format!("another {}", name.display())
 }
 
 /// The files below a folder by name; of two with one name the first in the order of their paths counts.
@@ -181,7 +205,20 @@ mod tests {
         let found = data.found("igea").unwrap();
         assert!(found.stands_in_for.is_some_and(|of| of.contains("134,345")));
         std::fs::create_dir(folder.path().join("models")).unwrap();
-        std::fs::write(folder.path().join("models/igea_points.ply"), "ply").unwrap();
+        let of = |n: usize| {
+            let head = "ply\nformat binary_little_endian 1.0\nelement vertex ";
+            let head = format!("{head}{n}\nproperty float x\nproperty float y\nproperty float z\n");
+            [format!("{head}end_header\n").into_bytes(), vec![0; 12 * n]].concat()
+        };
+        let igea = folder.path().join("models/igea_points.ply");
+        // A file is not what its name says where it has other points.
+        std::fs::write(&igea, of(3)).unwrap();
+        let found = Data::find(Some(folder.path()), folder.path()).unwrap().found("igea").unwrap();
+        assert!(found.stands_in_for.is_some_and(|of| of.contains("134,345")));
+        assert!(
+            matches!(found.meaning, Meaning::File { of, .. } if of == "another igea_points.ply")
+        );
+        std::fs::write(&igea, of(134_345)).unwrap();
         let data = Data::find(Some(folder.path()), folder.path()).unwrap();
         let found = data.found("igea").unwrap();
         assert!(found.stands_in_for.is_none());

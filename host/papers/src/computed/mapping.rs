@@ -14,10 +14,10 @@ use surfelshop_image::Image;
 const SIDE: u32 = 512;
 
 /// A probe resampled as an angular map, whatever it was.
-struct Map(Image);
+pub(super) struct Map(Image);
 
 impl Map {
-    fn of(sky: &Sky) -> Self {
+    pub(super) fn of(sky: &Sky) -> Self {
         let place = |k: u32| (f64::from(k) + 0.5) / f64::from(SIDE);
         Self(drawn(SIDE, |x, y| {
             let towards = Mapping::Angular.direction(place(x), place(y));
@@ -25,7 +25,7 @@ impl Map {
         }))
     }
 
-    fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
+    pub(super) fn at(&self, [u, v]: [f64; 2]) -> DVec3 {
         let cell =
             |at: f64| ((at * f64::from(SIDE)).floor().clamp(0.0, f64::from(SIDE - 1))) as u32;
         let pixel = self.0.pixel(cell(u), cell(v));

@@ -19,6 +19,7 @@ mod sky;
 mod specular;
 mod splats;
 mod surface;
+mod vertices;
 
 use crate::outcome::{Drawing, Grid, Number, Outcome, PictureFile};
 use crate::work::{Used, Work};
@@ -157,7 +158,7 @@ pub(crate) fn needs(name: &str) -> &'static [&'static str] {
     match name.split_once('-') {
         Some(("harmonics", "T17")) => &["chameleon", "rnl"],
         Some(("harmonics" | "specular", _)) | Some(("mapping", "T14")) => &["igea", "rnl"],
-        Some(("mapping", _)) => &["rnl"],
+        Some(("mapping" | "vertices", _)) => &["rnl"],
         Some(("occlusion", _)) => &["knot", "knot-rays"],
         Some(("marble", _)) => &["mannequin"],
         Some(("bounces", _)) => &["cornell"],
@@ -177,6 +178,7 @@ pub(crate) fn evaluate(name: &str, bench: &mut Bench<'_, '_>) -> anyhow::Result<
         "harmonics" => harmonics::erratum(which, bench),
         "specular" => specular::erratum(which, bench),
         "mapping" => mapping::erratum(which, bench),
+        "vertices" => vertices::erratum(which, bench),
         "occlusion" => occlusion::erratum(which, bench),
         "marble" => marble::erratum(which, bench),
         "bounces" => bounces::erratum(which, bench),
@@ -207,6 +209,7 @@ mod tests {
                     "harmonics",
                     "specular",
                     "mapping",
+                    "vertices",
                     "occlusion",
                     "marble",
                     "bounces",

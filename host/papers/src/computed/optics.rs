@@ -196,7 +196,7 @@ fn reflection() -> anyhow::Result<Computed> {
         "Fresnel's term and the distribution",
         chart("section 2.9", "angle, degrees", "", &lines)?,
     );
-    all.number("F at right angles", fresnel(1.0, 1.5), "");
+    all.number("Fresnel's term F, seen straight on", fresnel(1.0, 1.5), "");
     all.number("F at 75 degrees", fresnel(75f64.to_radians().cos(), 1.5), "");
     all.number(
         "the same by the other formula, halved",

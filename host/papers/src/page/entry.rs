@@ -1,5 +1,6 @@
 //! An entry on its page.
 
+use super::code;
 use super::html::{attribute, marked, text};
 use super::pictures::Pictures;
 use crate::entries::Entry;
@@ -75,6 +76,9 @@ fn results(body: &mut String, entry: &Entry, outcome: &Outcome, pictures: &Pictu
              printed form ends\"><figcaption>left as printed, right as corrected</figcaption></figure>"
         )?;
     }
+    if !entry.pictures.is_empty() {
+        writeln!(body, "<p>{}</p>", marked(&entry.pictures))?;
+    }
     writeln!(body, "<div class=\"sheet\">")?;
     for picture in &outcome.pictures {
         let address = pictures.address(&outcome.folder.join(&picture.file));
@@ -131,7 +135,7 @@ fn numbers(body: &mut String, outcome: &Outcome) -> Result {
 fn shown(value: f64) -> String {
     let size = value.abs();
     match size {
-        0.0 => "0".to_owned(),
+        _ if value.fract() == 0.0 && size < 1e5 => format!("{}", value + 0.0),
         _ if (1e-3..1e5).contains(&size) => {
             let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
             format!("{value:.digits$}")
@@ -178,9 +182,14 @@ fn footer(body: &mut String, entry: &Entry, outcome: &Outcome) -> Result {
     if !outcome.commands.is_empty() {
         writeln!(body, "<pre>{}</pre>", text(&outcome.commands.join("\n")))?;
     }
-    if !entry.formula.is_empty() {
-        let files = entry.formula.iter().map(|file| format!("<code>{}</code>", text(file)));
-        writeln!(body, "<p>In the code: {}.</p>", files.collect::<Vec<_>>().join(", "))?;
+    for place in &entry.formula {
+        let lines = code::excerpt(place).unwrap_or_default();
+        writeln!(
+            body,
+            "<details><summary>In the code: <code>{}</code></summary><pre>{}</pre></details>",
+            text(place),
+            text(&lines)
+        )?;
     }
     if !entry.technique.is_empty() {
         let technique = attribute(&entry.technique);
@@ -213,8 +222,8 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_four_digits() {
+    fn whole_numbers_are_whole_and_others_have_four_digits() {
         let all = [0.0, 0.12345, 1477.14, -2.0, 3.5e6].map(shown);
-        assert_eq!(all, ["0", "0.1235", "1477", "-2.000", "3.500e6"]);
+        assert_eq!(all, ["0", "0.1235", "1477", "-2", "3.500e6"]);
     }
 }

@@ -1,6 +1,7 @@
 //! The pages: one for each paper, the table of all entries, and how techniques were checked.
 
 mod checked;
+mod code;
 mod entry;
 mod html;
 mod pictures;
