@@ -36,7 +36,7 @@ pub(super) fn run(sizes: &[String]) -> anyhow::Result<()> {
         let seen = 100.0 * seen?.decided as f64 / size as f64;
         let mean = radii.iter().map(|&r| f64::from(r)).sum::<f64>() / size as f64;
         println!(
-            "{size:>9}: search {:.2} ({:.2}), normals {:.2} ({:.2}), radii {:.2} ({:.2}), these {:.2}, sides by visibility {:.2} ({:.2}); {:.2} % outwards, {seen:.2} % decided; mean radius {:.2} spacings; peak {} MB above {} MB",
+            "{size:>9}: search {:.2} ({:.2}), normals {:.2} ({:.2}), radii {:.2} ({:.2}), these {:.2}, sides by visibility {:.2} ({:.2}); {:.2} % outwards, {seen:.2} % decided; mean radius {:.2} spacings; peaks {} MB, points {} MB",
             build.0,
             build.1,
             fit.0,
@@ -48,18 +48,20 @@ pub(super) fn run(sizes: &[String]) -> anyhow::Result<()> {
             look.1,
             100.0 * outwards as f64 / size as f64,
             mean / (4.0 * std::f64::consts::PI / size as f64).sqrt(),
-            (memory("VmHWM:") - base) / 1000,
+            [build, fit, cover, look].map(|cost| cost.2.to_string()).join(", "),
             base / 1000,
         );
     }
     Ok(())
 }
 
-/// What work gives, its processor seconds and its seconds.
-fn timed<T>(work: impl FnOnce() -> T) -> (T, (f64, f64)) {
+/// What work gives, its processor seconds, its seconds, and the most memory that was in use meanwhile, MB.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, (f64, f64, u64)) {
+    // From here on the kernel keeps the peak anew; where it does not, peaks are those of all until then.
+    drop(std::fs::write("/proc/self/clear_refs", "5"));
     let (start, cpu) = (Instant::now(), processor_seconds());
     let result = work();
-    (result, (processor_seconds() - cpu, start.elapsed().as_secs_f64()))
+    (result, (processor_seconds() - cpu, start.elapsed().as_secs_f64(), memory("VmHWM:") / 1000))
 }
 
 /// Seconds that this process computed, on all threads.
