@@ -3,19 +3,33 @@
     python3 peers.py normals FOLDER     degrees without sides, and the share of right sides
     python3 peers.py speed POINTS...    processor seconds for points of a bumpy sphere
 
-Needs numpy and open3d; pymeshlab where it is installed.
+Needs numpy and open3d; pymeshlab, PCL's tools and CloudCompare where they are installed.
 """
 
+import os
 import pathlib
 import resource
+import shutil
+import subprocess
 import sys
+import tempfile
 
 import numpy as np
 
 
 def seconds():
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
+    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
+
+
+def run(*words):
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
+    subprocess.run(words, check=True, capture_output=True, env=environment)
+
+
+def installed(program):
+    if shutil.which(program) is None:
+        raise ImportError(program)
 
 
 def of_open3d(points, k=16, orient=False):
@@ -37,6 +51,53 @@ def of_pymeshlab(points, k=16):
     return meshes.current_mesh().vertex_normal_matrix()
 
 
+def write_pcd(path, points):
+    head = f"""VERSION 0.7
+FIELDS x y z
+SIZE 4 4 4
+TYPE F F F
+COUNT 1 1 1
+WIDTH {len(points)}
+HEIGHT 1
+VIEWPOINT 0 0 0 1 0 0 0
+POINTS {len(points)}
+DATA binary
+"""
+    path.write_bytes(head.encode() + points.astype("<f4").tobytes())
+
+
+def of_pcl(points, k=16):
+    """With its reading and writing, which is little of it."""
+    installed("pcl_normal_estimation")
+    with tempfile.TemporaryDirectory() as folder:
+        given, found, plain = (pathlib.Path(folder) / f"{name}.pcd" for name in "abc")
+        write_pcd(given, points)
+        run("pcl_normal_estimation", given, found, "-k", str(k + 1))
+        run("pcl_convert_pcd_ascii_binary", found, plain, "1")
+        data = plain.read_bytes()
+        start = data.index(b"DATA binary\n") + len(b"DATA binary\n")
+        return np.frombuffer(data, "<f4", 7 * len(points), start).reshape(len(points), 7)[:, :3]
+
+
+def of_cloudcompare(points, k=16):
+    """Planes in balls that hold about so many points; with its reading, and its writing as text."""
+    installed("CloudCompare")
+    import open3d as o3d
+
+    tree = o3d.geometry.KDTreeFlann(o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points.astype(np.float64))))
+    some = points[:: max(1, len(points) // 1000)].astype(np.float64)
+    radius = np.median([np.sqrt(tree.search_knn_vector_3d(point, k + 1)[2][-1]) for point in some])
+    with tempfile.TemporaryDirectory() as folder:
+        given, found = pathlib.Path(folder) / "a.ply", pathlib.Path(folder) / "b.txt"
+        head = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n"
+        axes = "".join(f"property float {axis}\n" for axis in "xyz")
+        given.write_bytes(f"{head}{axes}end_header\n".encode() + points.astype("<f4").tobytes())
+        options = ["-SILENT", "-AUTO_SAVE", "OFF", "-C_EXPORT_FMT", "ASC", "-PREC", "7", "-NO_TIMESTAMP"]
+        words = ["-O", given, "-OCTREE_NORMALS", f"{radius:.9g}", "-SAVE_CLOUDS", "FILE", found]
+        run("CloudCompare", *options, *words)
+        return np.loadtxt(found, usecols=(3, 4, 5))
+
+
 def scores(found, truth):
     cosine = np.sum(found * truth, axis=1)
     degrees = np.degrees(np.arccos(np.clip(np.abs(cosine), 0, 1)))
@@ -51,12 +112,14 @@ def normals(folder):
         rows = [(f"open3d k={k}", lambda k=k: of_open3d(points, k)) for k in (16, 64, 256)]
         rows.append(("open3d oriented", lambda: of_open3d(points, 16, True)))
         rows.append(("pymeshlab k=16", lambda: of_pymeshlab(points)))
+        rows.extend((f"PCL k={k}", lambda k=k: of_pcl(points, k)) for k in (16, 64))
+        rows.append(("CloudCompare", lambda: of_cloudcompare(points)))
         for name, find in rows:
             try:
                 rms, five, ten, right = scores(find(), truth)
             except ImportError:
                 continue
-            except RuntimeError as error:
+            except (RuntimeError, subprocess.CalledProcessError, OSError) as error:
                 print(f"{path.stem:<24} {name:<16} failed: {error}")
                 continue
             print(f"{path.stem:<24} {name:<16} {rms:6.2f} {five:6.1f} {ten:6.1f} {right:6.1f}")
@@ -73,17 +136,18 @@ def bumpy(count):
 def speed(sizes):
     for size in sizes:
         points = bumpy(size)
-        rows = [("open3d normals", of_open3d), ("pymeshlab normals", of_pymeshlab)]
+        rows = [("open3d normals", of_open3d), ("pymeshlab normals", of_pymeshlab), ("PCL normals", of_pcl)]
         if size <= 1_000_000:
             rows.append(("open3d oriented", lambda points: of_open3d(points, 16, True)))
+            rows.append(("CloudCompare normals", of_cloudcompare))
         for name, find in rows:
             start = seconds()
             try:
                 find(points)
             except ImportError:
                 continue
-            peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1000
-            print(f"{size:>9} {name:<18} {seconds() - start:7.2f} s, peak {peak} MB of all so far")
+            peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+            print(f"{size:>9} {name:<20} {seconds() - start:7.2f} s, peak {peak // 1000} MB of all so far")
 
 
 if __name__ == "__main__":

@@ -120,13 +120,15 @@ struct RunScratch {
     links: Vec<[u32; LINKS]>,
 }
 
-/// Fits a plane to each point, and takes from each run of points what `finish` makes of it.
+/// Fits a plane to each point; `take` gets what `finish` makes of each run of points, in their order. What is kept of
+/// it belongs into few large pieces of memory: between many small ones of threads what is let go stays unused.
 pub(super) fn all<T: Send>(
     neighbours: &Neighbours,
     k: usize,
     progress: Progress<'_>,
     finish: impl Fn(&Run<'_>) -> T + Sync,
-) -> Result<(Fits, Vec<T>), Cancelled> {
+    mut take: impl FnMut(T),
+) -> Result<Fits, Cancelled> {
     let coarse = Coarse::build(neighbours, &part(progress, 0.0..0.04))?;
     let steps = Steps::of(neighbours, &part(progress, 0.04..0.05))?;
     let tree = neighbours.tree();
@@ -138,7 +140,6 @@ pub(super) fn all<T: Send>(
     }
     fits.normals.reserve_exact(tree.len());
     let n_runs = tree.n_leaves().div_ceil(RUN);
-    let mut results = Vec::with_capacity(n_runs);
     let work = |scratch: &mut RunScratch, run: usize| {
         let leaves = run * RUN..((run + 1) * RUN).min(tree.n_leaves());
         let places = tree.leaf(leaves.start).start..tree.leaf(leaves.end - 1).end;
@@ -150,9 +151,9 @@ pub(super) fn all<T: Send>(
     };
     take_runs(n_runs, &fitting, RunScratch::default, work, |(run, result)| {
         fits.extend(&run);
-        results.push(result);
+        take(result);
     })?;
-    Ok((fits, results))
+    Ok(fits)
 }
 
 /// What planes are fitted to.
@@ -271,7 +272,8 @@ struct Coarse {
 #[derive(Clone, Copy)]
 struct Leaf {
     count: f32,
-    mean: DVec3,
+    /// As exact as points are.
+    mean: Vec3,
     /// xx, yy, zz, xy, xz, yz
     spread: [f32; 6],
 }
@@ -283,7 +285,7 @@ impl Leaf {
         let m = &moments.spread;
         let spread = [m.x_axis.x, m.y_axis.y, m.z_axis.z, m.y_axis.x, m.z_axis.x, m.z_axis.y];
         let spread = spread.map(|sum| sum as f32);
-        Self { count: moments.weight as f32, mean: moments.mean, spread }
+        Self { count: moments.weight as f32, mean: moments.mean.as_vec3(), spread }
     }
 
     /// The sums, relative to a point.
@@ -294,7 +296,7 @@ impl Leaf {
             DVec3::new(xy, yy, yz),
             DVec3::new(xz, yz, zz),
         );
-        Moments { weight: f64::from(self.count), mean: self.mean - point, spread }
+        Moments { weight: f64::from(self.count), mean: self.mean.as_dvec3() - point, spread }
     }
 }
 
@@ -307,7 +309,7 @@ impl Coarse {
             || (),
             |(), leaf| Leaf::of(neighbours, tree.leaf(leaf)),
         )?;
-        let middles = leaves.iter().map(|leaf| leaf.mean.as_vec3());
+        let middles = leaves.iter().map(|leaf| leaf.mean);
         let (tree, place) = Tree::of_points(middles, &part(progress, 0.5..1.0))?;
         Ok(Self { leaves, tree, place })
     }
@@ -323,7 +325,7 @@ impl Coarse {
     /// The plane through the points of leaves, of which those near to the point weigh most.
     fn plane(&self, leaves: &[u32], point: DVec3, grain: f64) -> Plane {
         let leaf = |&leaf: &u32| &self.leaves[leaf as usize];
-        let away = |leaf: &Leaf| leaf.mean.distance_squared(point);
+        let away = |leaf: &Leaf| leaf.mean.as_dvec3().distance_squared(point);
         let reach = leaves.iter().map(|l| away(leaf(l))).fold(0.0, f64::max) * 1.2;
         if reach <= 0.0 {
             return Plane::through(&Moments::NOTHING, grain);

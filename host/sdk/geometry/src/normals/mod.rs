@@ -13,7 +13,7 @@ use crate::neighbours::{Neighbours, SEARCH_SHARE};
 use crate::progress::{Cancelled, Progress, part};
 use fit::Fits;
 use glam::{DVec3, Vec3};
-use orientation::Patches;
+use orientation::{Patches, RunPatches};
 pub use repair::{Repair, repair};
 pub use soften::soften;
 use std::f32::consts::FRAC_PI_2;
@@ -82,7 +82,8 @@ pub fn estimate_with(
     progress: Progress<'_>,
 ) -> Result<Estimate, Cancelled> {
     let fitting = part(progress, 0.0..0.85);
-    let (mut fits, patches) = fit::all(neighbours, k, &fitting, Patches::of)?;
+    let mut patches = Patches::with_room(neighbours.n_distinct());
+    let mut fits = fit::all(neighbours, k, &fitting, RunPatches::of, |run| patches.take(run))?;
     let flatness = flatness(neighbours, &fits.roughness);
     let orienting = part(progress, 0.85..0.9);
     let n_components = orientation::orient(neighbours, &mut fits, patches, &orienting)?;
@@ -90,10 +91,13 @@ pub fn estimate_with(
     let Fits { normals, uncertainty, roughness, errors: scatter } = fits;
     drop((roughness, scatter));
     let step = |from: f64, to: f64| part(progress, from..to);
-    let errors = neighbours.by_index(FRAC_PI_2, &step(0.98, 0.985), |place| uncertainty[place])?;
+    // The largest first, so that fewer of the others are there twice.
+    let by_place = normals;
+    let normals = neighbours.by_index(Vec3::Z, &step(0.98, 0.99), |place| by_place[place])?;
+    drop(by_place);
+    let errors = neighbours.by_index(FRAC_PI_2, &step(0.99, 0.995), |place| uncertainty[place])?;
     drop(uncertainty);
-    let planarity = planarity_of(neighbours, &flatness, &step(0.985, 0.99))?;
-    let normals = neighbours.by_index(Vec3::Z, &step(0.99, 1.0), |place| normals[place])?;
+    let planarity = planarity_of(neighbours, &flatness, &step(0.995, 1.0))?;
     let n_degenerate = errors.iter().filter(|&&error| error >= FRAC_PI_2).count();
     Ok(Estimate { normals, planarity, errors, n_degenerate, n_sharpened, n_components })
 }
@@ -107,7 +111,7 @@ pub fn planarity(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let (fits, _) = fit::all(neighbours, k, &part(progress, 0.0..0.98), |_| ())?;
+    let fits = fit::all(neighbours, k, &part(progress, 0.0..0.98), |_| (), |()| ())?;
     planarity_of(neighbours, &flatness(neighbours, &fits.roughness), &part(progress, 0.98..1.0))
 }
 

@@ -3,7 +3,7 @@
 use super::fit::{Fit, Fits};
 use super::signs::{self, Coupling, SignedSets, merged, summed};
 use crate::neighbours::Neighbours;
-use crate::progress::{Cancelled, Progress, each, part};
+use crate::progress::{Cancelled, Progress, each, part, report, silent};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -29,7 +29,7 @@ pub(super) struct Run<'a> {
 }
 
 /// The patches of a run: points whose signs agree.
-pub(super) struct Patches {
+pub(super) struct RunPatches {
     /// For each point twice the number of its patch within the run, and 1 more where its sign differs from the patch's.
     member: Vec<u32>,
     n_patches: usize,
@@ -39,7 +39,7 @@ pub(super) struct Patches {
     across: Vec<(u32, u32)>,
 }
 
-impl Patches {
+impl RunPatches {
     /// Joins neighbours that agree, the surest first.
     pub(super) fn of(run: &Run<'_>) -> Self {
         let first = run.places.start;
@@ -89,10 +89,49 @@ impl Patches {
         couplings.sort_unstable();
         let couplings = merged(couplings.into_iter());
         let member = member.iter().map(|&(patch, flips)| patch << 1 | u32::from(flips)).collect();
-        across.shrink_to_fit();
         Self { member, n_patches, couplings, across }
     }
 }
+
+/// The patches of all runs, numbered one after the other.
+pub(super) struct Patches {
+    /// By place, as in [`RunPatches`].
+    member: Vec<u32>,
+    n_patches: u32,
+    couplings: Vec<Coupling>,
+    across: Vec<(u32, u32)>,
+}
+
+impl Patches {
+    /// No patches yet, of so many points.
+    pub(super) fn with_room(n_points: usize) -> Self {
+        let mut member = Vec::new();
+        member.reserve_exact(n_points);
+        Self { member, n_patches: 0, couplings: Vec::new(), across: Vec::new() }
+    }
+
+    /// Adds the patches of the run that comes next.
+    pub(super) fn take(&mut self, run: RunPatches) {
+        let first = self.n_patches;
+        self.member.extend(run.member.iter().map(|member| member + 2 * first));
+        let moved = |coupling: &Coupling| Coupling {
+            a: coupling.a + first,
+            b: coupling.b + first,
+            ..*coupling
+        };
+        self.couplings.extend(run.couplings.iter().map(moved));
+        self.across.extend(run.across);
+        self.n_patches += run.n_patches as u32;
+    }
+
+    /// The patch of a point, and whether its sign differs from the patch's.
+    fn of(&self, place: usize) -> (u32, bool) {
+        (self.member[place] >> 1, self.member[place] & 1 == 1)
+    }
+}
+
+/// Couplings that are gathered before those of the same patches are added up.
+const GATHERED: usize = 1 << 18;
 
 /// Bits for the place of a point within its run.
 pub(super) const PLACE_BITS: u32 = 12;
@@ -143,37 +182,32 @@ fn agreement(neighbours: &Neighbours, [a, b]: [usize; 2], fits: [&Fit; 2]) -> f6
 pub(super) fn orient(
     neighbours: &Neighbours,
     fits: &mut Fits,
-    runs: Vec<Patches>,
+    mut patches: Patches,
     progress: Progress<'_>,
 ) -> Result<usize, Cancelled> {
-    let mut member: Vec<u32> = Vec::with_capacity(fits.len());
-    let mut couplings: Vec<Coupling> = Vec::new();
-    let mut across = Vec::with_capacity(runs.len());
-    let mut n_patches = 0;
-    for run in runs {
-        member.extend(run.member.iter().map(|member| member + 2 * n_patches));
-        let moved = |coupling: &Coupling| Coupling {
-            a: coupling.a + n_patches,
-            b: coupling.b + n_patches,
-            ..*coupling
-        };
-        couplings.extend(run.couplings.iter().map(moved));
-        across.push(run.across);
-        n_patches += run.n_patches as u32;
+    let across = std::mem::take(&mut patches.across);
+    let mut couplings = std::mem::take(&mut patches.couplings);
+    let n_patches = patches.n_patches as usize;
+    let of_place = |place: usize| patches.of(place);
+    let gathering = part(progress, 0.0..0.3);
+    let mut most = couplings.len() + GATHERED;
+    for (i, &(a, b)) in across.iter().enumerate() {
+        let (low, high) = (a.min(b) as usize, a.max(b) as usize);
+        let pair = [&fits.at(low), &fits.at(high)];
+        let net = i64::from(evidence(agreement(neighbours, [low, high], pair)));
+        let ((a, flips_a), (b, flips_b)) = (of_place(low), of_place(high));
+        let turned = if flips_a == flips_b { net } else { -net };
+        if a != b {
+            couplings.push(Coupling { a: a.min(b), b: a.max(b), net: turned, total: net.abs() });
+        }
+        if couplings.len() >= most {
+            report(&gathering, i as f64 / across.len() as f64)?;
+            couplings = summed(couplings, &silent)?;
+            most = 2 * couplings.len() + GATHERED;
+        }
     }
-    let n_patches = n_patches as usize;
-    let of_place = |place: usize| (member[place] >> 1, member[place] & 1 == 1);
-    for pairs in across {
-        couplings.extend(pairs.iter().filter_map(|&(a, b)| {
-            let (low, high) = (a.min(b) as usize, a.max(b) as usize);
-            let pair = [&fits.at(low), &fits.at(high)];
-            let net = i64::from(evidence(agreement(neighbours, [low, high], pair)));
-            let ((a, flips_a), (b, flips_b)) = (of_place(low), of_place(high));
-            let turned = if flips_a == flips_b { net } else { -net };
-            (a != b).then_some(Coupling { a: a.min(b), b: a.max(b), net: turned, total: net.abs() })
-        }));
-    }
-    let couplings = summed(couplings, &part(progress, 0.0..0.4))?;
+    drop(across);
+    let couplings = summed(couplings, &part(progress, 0.3..0.4))?;
     let mut parts = SignedSets::new(n_patches);
     for coupling in &couplings {
         parts.join(coupling.a, coupling.b, false, u32::MAX);

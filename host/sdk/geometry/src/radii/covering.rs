@@ -35,20 +35,32 @@ const FADE: f64 = 0.1;
 /// A point's covering radius and how it was found; lengths in units of the search. There is one for each point, so
 /// that it is packed.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, packed(2))]
 pub(super) struct Cover {
     /// The bits of the radius, of which the last two tell the kind.
     radius: u32,
-    /// Distance of the farthest of the nearest.
-    pub(super) farthest: f32,
     /// Distance of the last of the first ring of points around.
-    pub(super) ring: f32,
+    ring: f32,
+    /// The upper half of the bits of the distance of the farthest of the nearest, rounded up.
+    farthest: u16,
 }
 
 impl Cover {
     fn new(radius: f32, farthest: f32, ring: f32, kind: Kind) -> Self {
-        let mut cover = Self { radius: kind as u32, farthest, ring };
+        let farthest = (farthest.to_bits().saturating_add(0xffff) >> 16) as u16;
+        let mut cover = Self { radius: kind as u32, ring, farthest };
         cover.set_radius(radius);
         cover
+    }
+
+    /// Distance of the last of the first ring of points around.
+    pub(super) fn ring(self) -> f32 {
+        self.ring
+    }
+
+    /// Distance of the farthest of the nearest, or up to a hundredth more.
+    pub(super) fn farthest(self) -> f32 {
+        f32::from_bits(u32::from(self.farthest) << 16)
     }
 
     /// 0 where the point is alone; exact to a millionth.
@@ -81,37 +93,11 @@ pub(super) enum Kind {
 /// Points and what is known of their surface.
 pub(super) struct Surface<'a> {
     pub(super) neighbours: &'a Neighbours,
-    /// By place.
-    facets: Vec<Facet>,
-}
-
-/// A point's normal and planarity. There is one for each point, so that it is packed; what is read of it for the
-/// points around one then lies together, too.
-#[derive(Clone, Copy, Debug)]
-struct Facet {
-    /// In shares of the largest number.
-    normal: [i16; 3],
-    planarity: u16,
-}
-
-impl Facet {
-    fn new(normal: Vec3, planarity: f32) -> Self {
-        // Casts cut off; to round is a call on machines that have no instruction for it.
-        let rounded = |part: f32| part + 0.5f32.copysign(part);
-        Self {
-            normal: normal.to_array().map(|part| rounded(part * f32::from(i16::MAX)) as i16),
-            planarity: rounded(planarity * f32::from(u16::MAX)) as u16,
-        }
-    }
-
-    fn normal(self) -> Vec3 {
-        Vec3::from_array(self.normal.map(f32::from)) * (1.0 / f32::from(i16::MAX))
-    }
-
-    /// Exact to a hundred-thousandth.
-    fn planarity(self) -> f32 {
-        f32::from(self.planarity) * (1.0 / f32::from(u16::MAX))
-    }
+    /// By index, as it is given.
+    planarity: &'a [f32],
+    /// Normals by place, so that those of the points around one lie together, in shares of the largest number: a quarter of
+    /// a degree, which turns a cell but does not change its size.
+    facing: Vec<[i8; 3]>,
 }
 
 /// Scratch for the work on a point.
@@ -127,24 +113,25 @@ impl<'a> Surface<'a> {
     pub(super) fn of(
         neighbours: &'a Neighbours,
         normals: &[Vec3],
-        planarity: &[f32],
+        planarity: &'a [f32],
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
-        let facets = map(neighbours.n_distinct(), progress, |place| {
-            let index = neighbours.index(place);
-            let normal = normals.get(index).copied().filter(|&normal| is_valid(normal));
-            let planarity = planarity.get(index).copied().unwrap_or(1.0);
-            Facet::new(normal.unwrap_or(Vec3::Z), planarity)
+        // Casts cut off; to round is a call on machines that have no instruction for it.
+        let rounded = |part: f32| part + 0.5f32.copysign(part);
+        let facing = map(neighbours.n_distinct(), progress, |place| {
+            let normal = normals.get(neighbours.index(place)).copied();
+            let normal = normal.filter(|&normal| is_valid(normal)).unwrap_or(Vec3::Z);
+            normal.to_array().map(|part| rounded(part * f32::from(i8::MAX)) as i8)
         })?;
-        Ok(Self { neighbours, facets })
+        Ok(Self { neighbours, planarity, facing })
     }
 
     fn normal(&self, place: usize) -> Vec3 {
-        self.facets[place].normal()
+        Vec3::from_array(self.facing[place].map(f32::from)) * (1.0 / f32::from(i8::MAX))
     }
 
     pub(super) fn planarity(&self, place: usize) -> f32 {
-        self.facets[place].planarity()
+        self.planarity.get(self.neighbours.index(place)).copied().unwrap_or(1.0)
     }
 
     /// Covers the cell of each point.
@@ -154,12 +141,8 @@ impl<'a> Surface<'a> {
             if self.planarity(place) >= PLANAR {
                 match self.cover(place, CELL_NEIGHBOURS, &[], bench) {
                     open if open.kind() == Kind::Open => {
-                        let Cover { farthest, ring, .. } = open;
-                        Cover {
-                            farthest,
-                            ring,
-                            ..self.cover(place, FURTHER_NEIGHBOURS, &[], bench)
-                        }
+                        let wider = self.cover(place, FURTHER_NEIGHBOURS, &[], bench);
+                        Cover { farthest: open.farthest, ring: open.ring, ..wider }
                     }
                     cover => cover,
                 }
@@ -178,6 +161,12 @@ impl<'a> Surface<'a> {
         let flat = 1.0 - (f64::from(PLANAR - self.planarity(place)) / FADE).min(1.0);
         let radius = (mean * (TOUCHING + flat * (COVERING - TOUCHING))) as f32;
         Cover::new(radius, 0.0, 0.0, Kind::Scattered)
+    }
+
+    /// Distance of the farthest of the nearest of a point.
+    pub(super) fn farthest(&self, place: usize, bench: &mut Bench) -> f64 {
+        let near = bench.close.nearest(self.neighbours.tree(), place, CELL_NEIGHBOURS);
+        near.last().map_or(0.0, |close| close.distance())
     }
 
     /// Covers a point's cell, which the `k` nearest points bound, and some that lie `further`.
@@ -204,8 +193,9 @@ impl<'a> Surface<'a> {
         let ring = near[(COMPARED - 1).min(near.len() - 1)].distance();
         let cell = bench.cell.get_or_insert_with(|| Cell::new(0.0));
         let nearest = near.iter().map(|close| point(close.place(), close.distance() as f32));
+        let normal = self.normal(place);
         let most = if further.is_empty() {
-            cell.become_of(self.normal(place), farthest, nearest);
+            cell.become_of(normal, farthest, nearest);
             farthest
         } else {
             bench.near.clear();
@@ -213,7 +203,7 @@ impl<'a> Surface<'a> {
             bench.near.extend(further.iter().map(|f| point(f.place as usize, f.distance as f32)));
             bench.near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
             let most = bench.near.last().map_or(farthest, |near| f64::from(near.distance));
-            cell.become_of(self.normal(place), most, bench.near.iter().copied());
+            cell.become_of(normal, most, bench.near.iter().copied());
             most
         };
         let radius = COVER * cell.radius().unwrap_or(closest).min(most);

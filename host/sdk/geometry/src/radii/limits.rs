@@ -3,7 +3,7 @@
 use super::covering::{Bench, CELL_NEIGHBOURS, COMPARED, Cover, Kind, Surface};
 use super::median;
 use crate::neighbours::{Found, Scratch, Shared};
-use crate::progress::{Cancelled, Progress, map_with, part};
+use crate::progress::{Cancelled, Progress, map_with, part, take_runs};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// A disc on a surface that is larger than this many times the median of those around it covers a
@@ -32,14 +32,12 @@ pub(super) fn limit(
 ) -> Result<(), Cancelled> {
     let gaps = Gaps::between(surface, cells);
     let (odd, on_surface) = gaps.sort_out(&part(progress, 0.0..0.35))?;
-    let wider = map_with(odd.len(), &part(progress, 0.35..0.7), Bench::default, |bench, i| {
-        gaps.widened(odd[i] as usize, &on_surface, bench)
-    })?;
-    for (&place, wider) in odd.iter().zip(&wider) {
-        cells[place as usize] = wider.0;
+    let wider = Widened::of(&gaps, &odd, &on_surface, &part(progress, 0.35..0.7))?;
+    for (&place, cell) in odd.iter().zip(&wider.cells) {
+        cells[place as usize] = *cell;
     }
     let of_surfaces = (0..cells.len()).filter(|&place| on_surface[place]);
-    let usual = middle(of_surfaces.map(|place| cells[place].radius()));
+    let usual = middle(&of_surfaces.map(|place| cells[place].radius())).map(f64::from);
     let cells_now = &*cells;
     let limits = map_with(odd.len(), &part(progress, 0.7..1.0), Scratch::default, |scratch, i| {
         let place = odd[i] as usize;
@@ -47,29 +45,42 @@ pub(super) fn limit(
         let near = surface.neighbours.around(place, COMPARED, scratch).iter();
         let near = near.map(|found| found.place as usize).filter(|&other| on_surface[other]);
         let near = median(near.map(radius)).or(usual);
-        let further = median(wider[i].1.iter().map(|&other| radius(other as usize)));
+        let further = median(wider.further(i).iter().map(|&other| radius(other as usize)));
         let factor = match cells_now[place].kind() {
             _ if !on_surface[place] => 1.0,
             Kind::Open => BORDER,
             _ => OUTLIER,
         };
-        near.into_iter().chain(further).reduce(f64::max).map(|typical| factor * typical)
+        let typical = near.into_iter().chain(further).reduce(f64::max);
+        typical.map_or(f32::INFINITY, |typical| (factor * typical) as f32)
     })?;
     for (&place, limit) in odd.iter().zip(limits) {
         let cell = &mut cells[place as usize];
-        let radius = cell.radius();
-        cell.set_radius(limit.map_or(radius, |limit| radius.min(limit as f32)));
+        cell.set_radius(cell.radius().min(limit));
     }
     Ok(())
 }
 
-/// The median of many numbers; of an even number the upper one of the two in the middle.
-fn middle(values: impl Iterator<Item = f32>) -> Option<f64> {
-    let mut values: Vec<f32> = values.collect();
-    let middle = values.len() / 2;
-    let found =
-        (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1);
-    found.map(f64::from)
+/// The median of many numbers of at least 0; of an even number the upper one of the two in the middle. They are
+/// counted twice, by the halves of their bits, which is in their order, instead of being copied.
+fn middle(values: &(impl Iterator<Item = f32> + Clone)) -> Option<f32> {
+    let bits = || values.clone().map(f32::to_bits);
+    let find = |counts: &[u32], mut rank: usize| {
+        let found = counts.iter().position(|&count| {
+            let is_here = rank < count as usize;
+            rank -= if is_here { 0 } else { count as usize };
+            is_here
+        });
+        found.map(|found| (found as u32, rank))
+    };
+    let mut counts = vec![0; 1 << 16];
+    bits().for_each(|bits| counts[bits as usize >> 16] += 1);
+    let (upper, rank) =
+        find(&counts, counts.iter().map(|&count| count as usize).sum::<usize>() / 2)?;
+    counts.fill(0);
+    let low = bits().filter(|bits| bits >> 16 == upper);
+    low.for_each(|bits| counts[bits as usize & 0xffff] += 1);
+    find(&counts, rank).map(|(lower, _)| f32::from_bits(upper << 16 | lower))
 }
 
 /// Planarity below which a disc has to be like those around it: there are plates among leaves, whose plane is chance.
@@ -125,7 +136,7 @@ pub(super) struct Gaps<'a> {
 
 impl<'a> Gaps<'a> {
     pub(super) fn between(surface: &'a Surface<'a>, cells: &'a [Cover]) -> Self {
-        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
+        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest());
         Self { surface, cells, reach, large: LargeGroups::new(cells.len()) }
     }
 
@@ -174,7 +185,7 @@ impl<'a> Gaps<'a> {
     /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
     fn group(&self, place: u32, search: &mut Shared) -> Option<Vec<u32>> {
         let tree = self.surface.neighbours.tree();
-        let reach = GROUP_REACH * self.cells[place as usize].ring;
+        let reach = GROUP_REACH * self.cells[place as usize].ring();
         let from = (place as usize, reach * reach);
         let mut group = vec![place];
         // Points that lead back here.
@@ -182,11 +193,11 @@ impl<'a> Gaps<'a> {
         let mut is_large = self.large.has(place);
         let mut next = 0;
         while let Some(&member) = group.get(next).filter(|_| !is_large) {
-            let ring = self.cells[member as usize].ring;
+            let ring = self.cells[member as usize].ring();
             let near = (member as usize, ring * ring);
             for close in search.nearest_beside(tree, from, near, COMPARED) {
                 let distance = close.distance() as f32;
-                let their_ring = self.cells[close.place()].ring;
+                let their_ring = self.cells[close.place()].ring();
                 let other = close.place() as u32;
                 if distance <= their_ring && !group.contains(&other) {
                     group.push(other);
@@ -228,7 +239,7 @@ impl<'a> Gaps<'a> {
             }
             for other in tree.leaf(node - tree.n_leaves()).filter(|&other| other != place) {
                 let distance = neighbours.point(other).distance(here);
-                if distance > least && distance <= f64::from(self.cells[other].farthest) {
+                if distance > least && distance <= f64::from(self.cells[other].farthest()) {
                     found.push(Found { place: other as u32, distance });
                 }
             }
@@ -237,22 +248,79 @@ impl<'a> Gaps<'a> {
     }
 
     /// The cover of a point whose cell is bounded also by points of surfaces that count it among their nearest, and
-    /// those.
+    /// those, which are added to `all`.
     ///
     /// Where a coarse surface borders on a fine one, the nearest of its last points are all fine ones.
     /// These lead back to the coarse side.
-    fn widened(&self, place: usize, on_surface: &[bool], bench: &mut Bench) -> (Cover, Vec<u32>) {
+    fn widened(
+        &self,
+        place: usize,
+        on_surface: &[bool],
+        bench: &mut Bench,
+        all: &mut Vec<u32>,
+    ) -> Cover {
         let cell = self.cells[place];
         if !on_surface[place] {
-            return (cell, Vec::new());
+            return cell;
         }
-        let least = f64::from(cell.farthest) * (1.0 + ROUNDING);
+        let least = self.surface.farthest(place, bench) * (1.0 + ROUNDING);
         let mut further = self.counted_by(place, least);
         further.retain(|found| on_surface[found.place as usize]);
         if further.is_empty() {
-            return (cell, Vec::new());
+            return cell;
         }
-        let wider = self.surface.cover(place, CELL_NEIGHBOURS, &further, bench);
-        (wider, further.iter().map(|found| found.place).collect())
+        all.extend(further.iter().map(|found| found.place));
+        self.surface.cover(place, CELL_NEIGHBOURS, &further, bench)
+    }
+}
+
+/// Points whose covers are widened by one thread, one after the other.
+const RUN: usize = 1024;
+
+/// Covers that points farther away bound, too, one after the other.
+#[derive(Default)]
+struct Widened {
+    cells: Vec<Cover>,
+    /// Where in `further` the points of each end.
+    ends: Vec<u32>,
+    further: Vec<u32>,
+}
+
+impl Widened {
+    /// The covers of points.
+    fn of(
+        gaps: &Gaps<'_>,
+        points: &[u32],
+        on_surface: &[bool],
+        progress: Progress<'_>,
+    ) -> Result<Self, Cancelled> {
+        let runs: Vec<&[u32]> = points.chunks(RUN).collect();
+        let of_run = |bench: &mut Bench, run: usize| {
+            let mut widened = Self::default();
+            for &place in runs[run] {
+                let further = &mut widened.further;
+                widened.cells.push(gaps.widened(place as usize, on_surface, bench, further));
+                widened.ends.push(widened.further.len() as u32);
+            }
+            widened
+        };
+        let mut all = Self::default();
+        all.cells.reserve_exact(points.len());
+        all.ends.reserve_exact(points.len());
+        take_runs(runs.len(), progress, Bench::default, of_run, |run| all.append(&run))?;
+        Ok(all)
+    }
+
+    fn append(&mut self, run: &Self) {
+        let before = self.further.len() as u32;
+        self.cells.extend(&run.cells);
+        self.ends.extend(run.ends.iter().map(|end| before + end));
+        self.further.extend(&run.further);
+    }
+
+    /// The points farther away that bound the cell of a point.
+    fn further(&self, i: usize) -> &[u32] {
+        let start = i.checked_sub(1).map_or(0, |before| self.ends[before] as usize);
+        &self.further[start..self.ends[i] as usize]
     }
 }

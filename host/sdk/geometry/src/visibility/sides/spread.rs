@@ -15,29 +15,49 @@ const REACH: f64 = 1.75;
 /// Points that follow at a time: what is kept of them meanwhile takes 40 bytes each.
 pub(super) const BLOCK: usize = 1 << 20;
 
-/// What is found for a point.
+/// What is found for a point, packed, since there is one for each: the confidence in [0, 1], with the sign that the normal
+/// is to get.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
-    pub(super) turn: bool,
-    /// In [0, 1].
-    pub(super) confidence: f32,
+pub(super) struct Found(f32);
+
+impl Found {
+    const NOTHING: Self = Self(f32::NAN);
+
+    fn new(turn: bool, confidence: f32) -> Self {
+        Self(if turn { -confidence } else { confidence })
+    }
+
+    /// Whether there is something.
+    pub(super) fn is_known(self) -> bool {
+        !self.0.is_nan()
+    }
+
+    /// Whether the normal is to be turned.
+    pub(super) fn turn(self) -> bool {
+        self.is_known() && self.0.is_sign_negative()
+    }
+
+    /// 0 where nothing is known.
+    pub(super) fn confidence(self) -> f32 {
+        if self.is_known() { self.0.abs() } else { 0.0 }
+    }
 }
 
-/// Whether each normal is to be turned; `None` where it has no direction or no position.
+/// Whether each normal is to be turned; nothing where it has no direction or no position.
 pub(super) fn to_all(
     labels: &Labels,
     positions: &[Vec3],
     cloud_normals: &[Vec3],
     progress: Progress<'_>,
-) -> Result<Vec<Option<Found>>, Cancelled> {
+) -> Result<Vec<Found>, Cancelled> {
     let surfels = &labels.surfels;
-    let mut found: Vec<Option<Found>> = vec![None; positions.len()];
+    let mut found = vec![Found::NOTHING; positions.len()];
     for &(index, surfel) in &surfels.members {
         let normal = normals::normalised(cloud_normals[index as usize]);
         let alike = normal.dot(surfels.all[surfel as usize].normal) >= 0.0;
         let confidence = labels.confidence[surfel as usize];
         let turn = alike != labels.signs[surfel as usize];
-        found[index as usize] = Some(Found { turn, confidence });
+        found[index as usize] = Found::new(turn, confidence);
     }
     if surfels.edge <= 0.0 {
         return Ok(found);
@@ -69,13 +89,13 @@ impl Others<'_> {
     fn follow(
         &self,
         range: Range<usize>,
-        found: &mut [Option<Found>],
+        found: &mut [Found],
         progress: Progress<'_>,
     ) -> Result<(), Cancelled> {
         let Self { labels, grid, reach, positions, normals } = self;
         let follows = |index: usize| {
             let has_normal = normals.get(index).is_some_and(|&normal| normals::is_valid(normal));
-            has_normal && found[index].is_none() && positions[index].is_finite()
+            has_normal && !found[index].is_known() && positions[index].is_finite()
         };
         let place_of = |index: u32| labels.surfels.frame.inside(positions[index as usize]);
         let keys = flat_map(range.len(), &part(progress, 0.0..0.1), |i| {
@@ -98,7 +118,7 @@ impl Others<'_> {
             groups[group].iter().map(found).collect::<Vec<Found>>()
         })?;
         for ((_, index), of_point) in sorted.iter().zip(asked.into_iter().flatten()) {
-            found[*index as usize] = Some(of_point);
+            found[*index as usize] = of_point;
         }
         Ok(())
     }
@@ -124,5 +144,6 @@ fn vote(labels: &Labels, near: &[(u32, DVec3)], reach: f64, place: Vec3, normal:
     }
     let total = f64::max(total, f64::MIN_POSITIVE);
     let confidence = (sum.abs() / total).sqrt() * sure / total;
-    Found { turn: sum < 0.0, confidence: confidence.min(1.0) as f32 }
+    // What is no number decides nothing.
+    Found::new(sum < 0.0, if confidence > 0.0 { confidence.min(1.0) as f32 } else { 0.0 })
 }
