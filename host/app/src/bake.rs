@@ -61,7 +61,8 @@ struct Spread {
 
 /// Runs the command.
 pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
-    let stop = interrupt::looked_at();
+    let asked = interrupt::looked_at();
+    let stop: &AtomicBool = &asked;
     // What can fail at once is tried before a large cloud is read.
     files::check_writable(&arguments.out)?;
     let steps = steps(arguments)?;

@@ -36,6 +36,7 @@ use anyhow::{Context as _, bail};
 use entries::{Entry, Paper};
 use outcome::Made;
 use serde_json::json;
+use surfelshop_session::interrupt;
 use surfelshop_session::output::files::write_whole;
 use surfelshop_session::output::terminal;
 use work::Work;
@@ -69,6 +70,10 @@ pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Resu
                 continue;
             }
             let made = make(&mut work, paper, entry);
+            // A step that stopped in order is no failure of its entry: the same command goes on there.
+            if made.outcome.is_err() && interrupt::was_asked() {
+                bail!("cancelled; start the same command again to go on");
+            }
             if !arguments.report.json {
                 terminal::line(progress(n_done, n_all, paper, &made))?;
             }

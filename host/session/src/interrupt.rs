@@ -82,9 +82,33 @@ fn asked() {
     plugins::leave(1)
 }
 
-/// Whether the program was asked to end, for a command that stops by itself then. A second request ends it at
-/// once.
-pub fn looked_at() -> &'static AtomicBool {
+/// Whether the program was asked to end, for a command that stops by itself then: as long as this is there, a first request
+/// does no more than to set it. A second one ends the program at once.
+#[derive(Debug)]
+pub struct Asked(());
+
+impl std::ops::Deref for Asked {
+    type Target = AtomicBool;
+
+    fn deref(&self) -> &AtomicBool {
+        &ASKED
+    }
+}
+
+impl Drop for Asked {
+    fn drop(&mut self) {
+        LOOKED_AT.store(false, Ordering::Relaxed);
+    }
+}
+
+/// Looks at requests to end from now on.
+#[must_use]
+pub fn looked_at() -> Asked {
     LOOKED_AT.store(true, Ordering::Relaxed);
-    &ASKED
+    Asked(())
+}
+
+/// Whether the program was asked to end while a command looked, for what runs several.
+pub fn was_asked() -> bool {
+    ASKED.load(Ordering::Relaxed)
 }

@@ -60,6 +60,9 @@ pub(super) fn svg(
         if let Some(noise) = floor {
             let ends = [(chart.x.start, noise), (chart.x.end, noise)];
             canvas.draw_series(LineSeries::new(ends, RED))?;
+            let font = ("sans-serif", 13).into_font().color(&RED);
+            let label = Text::new("noise of the reference", (6, 4), font);
+            canvas.draw_series([EmptyElement::at(ends[0]) + label])?;
         }
         Ok(())
     });

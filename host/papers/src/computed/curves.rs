@@ -67,6 +67,7 @@ fn draw(
 
 /// A function at equal steps.
 pub(super) fn sampled(from: f64, to: f64, f: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
-    let n = 160;
+    // So many that noise of the frequency 32 has more than two for each cell of it.
+    let n = 640;
     (0..=n).map(|i| from + (to - from) * f64::from(i) / f64::from(n)).map(|x| (x, f(x))).collect()
 }

@@ -13,8 +13,9 @@ const SOURCES: &[(&str, &str)] = &sources![
     "host/cloud/src/environment_map/solid_angle.rs",
     "host/cloud/src/environment_map/texels.rs",
     "host/render/src/surfels/quads/disc.wgsl",
-    "host/render/src/surfels/quads/draw_surfels.wgsl",
+    "host/render/src/surfels/quads/footprint.wgsl",
     "host/render/src/surfels/quads/local.wgsl",
+    "host/sdk/geometry/src/areas.rs",
     "host/sdk/geometry/src/harmonics/mod.rs",
     "host/sdk/shading/src/natural.wgsl",
     "plugins/ambient-occlusion/src/form_factor.rs",
@@ -23,10 +24,8 @@ const SOURCES: &[(&str, &str)] = &sources![
     "plugins/ambient-occlusion/src/octree.rs",
     "plugins/ambient-occlusion/src/passes.rs",
     "plugins/ambient-occlusion/src/rays.rs",
-    "plugins/ambient-occlusion/src/surfels.rs",
     "plugins/environment/src/environment.wgsl",
     "plugins/flat/src/flat.wgsl",
-    "plugins/global-illumination/src/frame.rs",
     "plugins/global-illumination/src/passes.rs",
     "plugins/global-illumination/src/shading/material.wgsl",
     "plugins/global-illumination/src/shading/mod.rs",
@@ -39,7 +38,6 @@ const SOURCES: &[(&str, &str)] = &sources![
     "plugins/global-illumination/src/vpls/vpl.wgsl",
     "plugins/phong-splatting/src/tool/clip.rs",
     "plugins/phong-splatting/src/tool/normal_field.rs",
-    "plugins/phong-splatting/src/tool/output.rs",
     "plugins/phong-splatting/src/tool/plane.rs",
     "plugins/procedural/src/patterns/plaid.wgsl",
     "plugins/procedural/src/patterns/simple_marble.wgsl",
@@ -49,6 +47,7 @@ const SOURCES: &[(&str, &str)] = &sources![
     "shaders/lighting/phong.wgsl",
     "shaders/lighting/sh.wgsl",
     "shaders/noise/noise.wgsl",
+    "shaders/surface/view.wgsl",
 ];
 
 /// The lines of an item, called `path: name`, with what is said of it; none where the file or the item is not known.

@@ -56,6 +56,11 @@ pub(super) fn write(body: &mut String, made: &Made<'_>, pictures: &Pictures) -> 
         };
         writeln!(body, "<p><b>Severity:</b> {word}.</p>")?;
     }
+    if let Ok(outcome) = &made.outcome
+        && outcome.state == State::StoodIn
+    {
+        writeln!(body, "<p><b>Stood in:</b> {}</p>", marked(&why(entry, outcome)))?;
+    }
     match &made.outcome {
         Err(line) => writeln!(body, "<p class=\"bad\">It failed: {}</p>", text(line))?,
         Ok(outcome) if outcome.state == State::Impossible => {
@@ -175,9 +180,6 @@ fn footer(body: &mut String, entry: &Entry, outcome: &Outcome) -> Result {
             of => format!(", which stands in for {}", text(of)),
         };
         writeln!(body, "<p>Shown: {}{stands_in}.</p>", text(&shown.of))?;
-    }
-    if !entry.stand_in.is_empty() {
-        writeln!(body, "<p>{}</p>", marked(&entry.stand_in))?;
     }
     if !outcome.commands.is_empty() {
         writeln!(body, "<pre>{}</pre>", text(&outcome.commands.join("\n")))?;

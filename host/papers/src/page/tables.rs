@@ -66,7 +66,7 @@ pub(super) fn extremes(entries: &[Made<'_>]) -> String {
     let worse = worse.filter(|effect| effect.printed < effect.corrected).count();
     let worse = match worse {
         0 => String::new(),
-        n => format!(" In {n} the printed form has the smaller RMSE; the reason says why."),
+        n => format!(" In {n} the printed form has the smaller RMSE."),
     };
     format!(
         "{} of {} errata show. The largest effect on the screen has {largest}, {:.1} % of white; the smallest \
