@@ -61,8 +61,8 @@ struct Spread {
 
 /// Runs the command.
 pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
-    let asked = interrupt::looked_at();
-    let stop: &AtomicBool = &asked;
+    let request = interrupt::looked_at();
+    let stop: &AtomicBool = &request;
     // What can fail at once is tried before a large cloud is read.
     files::check_writable(&arguments.out)?;
     let steps = steps(arguments)?;

@@ -85,9 +85,9 @@ fn asked() {
 /// Whether the program was asked to end, for a command that stops by itself then: as long as this is there, a first request
 /// does no more than to set it. A second one ends the program at once.
 #[derive(Debug)]
-pub struct Asked(());
+pub struct StopRequest(());
 
-impl std::ops::Deref for Asked {
+impl std::ops::Deref for StopRequest {
     type Target = AtomicBool;
 
     fn deref(&self) -> &AtomicBool {
@@ -95,7 +95,7 @@ impl std::ops::Deref for Asked {
     }
 }
 
-impl Drop for Asked {
+impl Drop for StopRequest {
     fn drop(&mut self) {
         LOOKED_AT.store(false, Ordering::Relaxed);
     }
@@ -103,9 +103,9 @@ impl Drop for Asked {
 
 /// Looks at requests to end from now on.
 #[must_use]
-pub fn looked_at() -> Asked {
+pub fn looked_at() -> StopRequest {
     LOOKED_AT.store(true, Ordering::Relaxed);
-    Asked(())
+    StopRequest(())
 }
 
 /// Whether the program was asked to end while a command looked, for what runs several.

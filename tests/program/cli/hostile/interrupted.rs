@@ -1,4 +1,4 @@
-//! Bakes that are ended from outside or run out of room: what stood there before still does.
+//! Bakes, and runs of several commands, that are ended from outside or run out of room: what stood there before still does.
 
 #![cfg(unix)]
 
@@ -76,6 +76,30 @@ fn a_tool_is_cancelled_and_nothing_is_written() {
         assert_eq!(status.code(), Some(1), "{said}");
         assert_eq!(said, "surfelshop: cancelled; out.ply was not written");
         assert_untouched(&desk);
+    }
+}
+
+/// A command that runs several looks at requests only while a bake does. Costs 1 s.
+///
+/// Invariant: a run of the papers that is asked to end writes no pages, and counts nothing as failed
+#[test]
+fn papers_end_when_they_are_asked_to_and_write_no_page() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = TestFolder::new();
+        let mut command = folder.command_of_a_terminal();
+        command.args(["papers", "thesis", "-o", "page", "--size", "40", "--samples", "4"]);
+        command
+            .env("SURFELSHOP_LOG", "off,surfelshop::bake=debug,surfelshop_session::tool_run=debug");
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        signal_when(&mut child, "writing", signal);
+        let printed = child.stdout.take().unwrap();
+        let (status, said) = end(child);
+        assert_eq!(status.code(), Some(1), "{said}");
+        assert!(said.starts_with("surfelshop: cancelled"), "{said}");
+        let printed = std::io::read_to_string(printed).unwrap();
+        assert!(!printed.contains("failed: "), "{printed}");
+        assert!(!std::path::Path::new(&folder.at("page/index.html")).exists());
     }
 }
 
