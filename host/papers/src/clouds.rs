@@ -17,6 +17,19 @@ struct Surfels {
     radii: Vec<f32>,
 }
 
+/// The angle that spreads points on a spiral evenly, radians: pi (3 - sqrt 5).
+pub(crate) const GOLDEN: f64 = 2.399_963_229_728_653;
+
+/// Directions spread evenly, from +y to -y.
+pub(crate) fn spiral(n: usize) -> impl Iterator<Item = DVec3> {
+    (0..n).map(move |i| {
+        let y = 1.0 - (2 * i + 1) as f64 / n as f64;
+        let (sin, cos) = (GOLDEN * i as f64).sin_cos();
+        let ring = (1.0 - y * y).sqrt();
+        DVec3::new(ring * cos, y, ring * sin)
+    })
+}
+
 impl Surfels {
     fn push(&mut self, position: DVec3, normal: DVec3, radius: f64) {
         let normal = normal.normalize_or(DVec3::Y);
@@ -57,15 +70,8 @@ impl Surfels {
 
     /// Points spread evenly over a sphere.
     fn sphere(&mut self, n: usize, normal_sign: f64) {
-        let golden = PI * (3.0 - 5f64.sqrt());
         let radius = 1.7 * (1.0 / n as f64).sqrt() * 2.0 * 0.9;
-        for i in 0..n {
-            let y = 1.0 - (2 * i + 1) as f64 / n as f64;
-            let (sin, cos) = (golden * i as f64).sin_cos();
-            let ring = (1.0 - y * y).sqrt();
-            let place = DVec3::new(ring * cos, y, ring * sin);
-            self.push(place, place * normal_sign, radius);
-        }
+        spiral(n).for_each(|place| self.push(place, place * normal_sign, radius));
     }
 
     /// Leaves out what the place and normal of a surfel say.

@@ -71,7 +71,7 @@ pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Resu
             }
             let made = make(&mut work, paper, entry);
             // A step that stopped in order is no failure of its entry: the same command goes on there.
-            if made.outcome.is_err() && interrupt::was_asked() {
+            if interrupt::was_asked() {
                 bail!("cancelled; start the same command again to go on");
             }
             if !arguments.report.json {

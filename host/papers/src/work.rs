@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 use surfelshop_api::params::Values;
 use surfelshop_cloud::ToolRun;
+use surfelshop_session::interrupt;
 use surfelshop_session::options::is_plugin_file;
 use surfelshop_session::output::digest::FileDigest;
 use surfelshop_session::output::{command_line, files, terminal};
@@ -245,6 +246,10 @@ impl<'a> Work<'a> {
 
     /// Runs a command line, and says what it printed.
     pub(crate) fn run(&self, words: &[String]) -> anyhow::Result<String> {
+        // Asked while the step before looked, which came to its end all the same.
+        if interrupt::was_asked() {
+            bail!("cancelled");
+        }
         let whole: Vec<String> =
             std::iter::once("surfelshop".to_owned()).chain(words.iter().cloned()).collect();
         let (done, said) = terminal::captured(|| (self.command)(&whole));

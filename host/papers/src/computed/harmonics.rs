@@ -6,6 +6,7 @@ use super::curves::{Line, chart};
 use super::sky::Sky;
 use super::surface::Surface;
 use super::{Bench, Computed};
+use crate::clouds::spiral;
 use crate::outcome::Grid;
 use anyhow::bail;
 use glam::DVec3;
@@ -117,14 +118,7 @@ pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Comp
 
 /// Directions spread evenly.
 fn spread_directions() -> Vec<DVec3> {
-    let (n, golden) = (500, PI * (3.0 - 5f64.sqrt()));
-    let at = |i: usize| {
-        let y = 1.0 - (2 * i + 1) as f64 / n as f64;
-        let (sin, cos) = (golden * i as f64).sin_cos();
-        let ring = (1.0 - y * y).sqrt();
-        DVec3::new(ring * cos, y, ring * sin)
-    };
-    (0..n).map(at).collect()
+    spiral(500).collect()
 }
 
 /// Table 1 with numbers, and what the program of section 3.1 makes of it.

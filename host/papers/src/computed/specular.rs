@@ -87,10 +87,10 @@ fn fresnels(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed
 }
 
 /// Width of the thesis's blurred map: the standard deviation of 11.5 degrees, radians.
-const BLUR: f64 = 0.2007;
+pub(super) const BLUR: f64 = 0.2007;
 
 /// What is mirrored of the light, so that a bright probe leaves it below white.
-const SHARE: f64 = 0.4;
+pub(super) const SHARE: f64 = 0.4;
 
 fn mirrored(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed> {
     let sky = Sky::read(bench.path("rnl")?)?;

@@ -4,41 +4,28 @@
 
 use super::mapping::Map;
 use super::sky::Sky;
+use super::specular::{BLUR, SHARE};
 use super::surface::Surface;
 use super::{Bench, Computed};
+use crate::clouds::{GOLDEN, spiral};
 use anyhow::bail;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use surfelshop_cloud::environment_map::Mapping;
+use surfelshop_geometry::hashing;
 use surfelshop_image::{Image, metrics};
 
 /// Vertices of the ball.
 const N_VERTICES: u32 = 6_000;
 
-/// Half the angle of the cone around the mirrored ray, radians: the width of the thesis's blurred map.
-const CONE: f64 = 0.2007;
-
-/// The angle that spreads points on a spiral evenly, radians.
-const GOLDEN: f64 = 2.399_963_229_728_653;
-
-/// What is mirrored of the light, so that a bright probe leaves it below white.
-const SHARE: f64 = 0.4;
-
-/// A number from 0 to 1 for each counter, the same in every run.
-///
-/// Source: the finaliser of `MurmurHash3`, 32 bits.
-fn random(counter: u32) -> f64 {
-    let mut h = counter;
-    for (shift, factor) in [(16, 0x85eb_ca6b), (13, 0xc2b2_ae35)] {
-        h = (h ^ (h >> shift)).wrapping_mul(factor);
-    }
-    f64::from(h ^ (h >> 16)) / f64::from(u32::MAX)
-}
+/// Half the angle of the cone around the mirrored ray, radians.
+const CONE: f64 = BLUR;
 
 /// A direction within the cone, evenly distributed.
 fn within_cone(axis: DVec3, i: u32) -> DVec3 {
-    let cosine = 1.0 - random(2 * i) * (1.0 - CONE.cos());
-    let (sin, cos) = (TAU * random(2 * i + 1)).sin_cos();
+    let random = |counter: u64| hashing::fraction(hashing::scattered(counter));
+    let cosine = 1.0 - random(2 * u64::from(i)) * (1.0 - CONE.cos());
+    let (sin, cos) = (TAU * random(2 * u64::from(i) + 1)).sin_cos();
     let (a, b) = axis.any_orthonormal_pair();
     axis * cosine + (a * cos + b * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()
 }
@@ -56,17 +43,6 @@ fn mean(sky: &Sky, axis: DVec3, half_angle: f64, weight: impl Fn(f64) -> f64) ->
         weights += weight(cosine);
     }
     sum / weights
-}
-
-/// Normals of the ball's vertices that the eye sees.
-fn vertices() -> Vec<DVec3> {
-    let all = (0..N_VERTICES).map(|i| {
-        let y = 1.0 - f64::from(2 * i + 1) / f64::from(N_VERTICES);
-        let (sin, cos) = (GOLDEN * f64::from(i)).sin_cos();
-        let ring = (1.0 - y * y).sqrt();
-        DVec3::new(ring * cos, y, ring * sin)
-    });
-    all.filter(|normal| normal.z > -0.2).collect()
 }
 
 /// How far neighbours are apart, in radii of the ball.
@@ -108,7 +84,9 @@ pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Comp
     let sharpness = 2.0 / (1.0 - CONE.cos());
     let gaussian = |cosine: f64| (sharpness * (cosine - 1.0)).exp();
     let corrected = ball.shaded(|n, _| SHARE * mean(&sky, ball.mirrored(n), 2.0 * CONE, gaussian));
-    let normals = vertices();
+    // Those that the eye sees.
+    let normals: Vec<DVec3> =
+        spiral(N_VERTICES as usize).filter(|normal| normal.z > -0.2).collect();
     let mirrored = |random: bool| -> Vec<(DVec3, DVec3)> {
         let ray = |(i, normal): (usize, &DVec3)| {
             let ray = ball.mirrored(*normal);
@@ -118,7 +96,8 @@ pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Comp
     };
     let map = Map::of(&sky);
     let printed = of_vertices(&ball, &map, &mirrored(true));
-    let still = of_vertices(&ball, &map, &mirrored(false));
+    let still_rays = mirrored(false);
+    let still = of_vertices(&ball, &map, &still_rays);
     // One random ray of each pixel by itself: nothing is blended.
     let size = f64::from(ball.size);
     let alone = ball.shaded(|n, _| {
@@ -138,7 +117,7 @@ pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Comp
     let width = spacing();
     let across = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
     let texels: Vec<(DVec3, [f64; 2])> =
-        mirrored(false).iter().map(|(n, ray)| (*n, Mapping::Angular.place(*ray))).collect();
+        still_rays.iter().map(|(n, ray)| (*n, Mapping::Angular.place(*ray))).collect();
     let mut most = 0.0f64;
     for (i, (normal, place)) in texels.iter().enumerate() {
         let near = texels[..i].iter().filter(|(other, _)| other.distance(*normal) < 1.5 * width);

@@ -95,8 +95,8 @@ pub(super) struct Surface<'a> {
     pub(super) neighbours: &'a Neighbours,
     /// By index, as it is given.
     planarity: &'a [f32],
-    /// Normals by place, so that those of the points around one lie together, in shares of the largest number: a quarter of
-    /// a degree, which turns a cell but does not change its size.
+    /// Normals by place, so that those of the points around one lie together, in shares of the largest number: exact to 0.4
+    /// degrees, which turns a cell but hardly changes its size.
     facing: Vec<[i8; 3]>,
 }
 
