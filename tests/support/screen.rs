@@ -128,6 +128,7 @@ impl<'a> Program<'a> {
             .env("XDG_STATE_HOME", state)
             .env("XDG_CONFIG_HOME", state)
             .env("XDG_CACHE_HOME", state)
+            .env("MESA_SHADER_CACHE_DIR", build_folder())
             .env("XDG_RUNTIME_DIR", state)
             .env("XDG_DATA_HOME", state)
             .env_remove("DBUS_SESSION_BUS_ADDRESS")

@@ -53,19 +53,27 @@ thread_local! {
     /// How tests on this thread draw surfels that do not say it themselves: as the CPU does, as on
     /// machines without a graphics card.
     static WAY: Cell<SurfelDrawing> = const { Cell::new(SurfelDrawing::Processor) };
+
+    /// Whether [`each_way`] goes through them on this thread.
+    static EACH: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Runs a test with each way to draw surfels, of all engines that it asks [`engine`] and
-/// [`engine_with`] for on this thread.
+/// [`engine_with`] for on this thread. Within another such test it runs with the way of that one: all are gone through
+/// already.
 ///
 /// # Panics
 /// Where the test does, with the way.
 #[expect(clippy::print_stdout, reason = "a failed test says in which way it drew")]
 pub fn each_way(test: impl Fn()) {
+    if EACH.get() {
+        return test();
+    }
     for way in WAYS {
-        let before = WAY.replace(way);
+        let before = (WAY.replace(way), EACH.replace(true));
         let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(&test));
-        WAY.set(before);
+        WAY.set(before.0);
+        EACH.set(before.1);
         if let Err(panic) = result {
             println!("drawn as {way:?}:");
             std::panic::resume_unwind(panic);

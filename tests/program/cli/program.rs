@@ -156,6 +156,8 @@ impl TestFolder {
             .env_remove("WAYLAND_SOCKET")
             .env("XDG_DATA_HOME", self.folder.path())
             .env("XDG_CACHE_HOME", self.cache.path())
+            // Drivers need not compile the same shaders for each test.
+            .env("MESA_SHADER_CACHE_DIR", build_folder())
             // Mesa's device selection looks for a desktop and complains that there is none.
             .env("NODEVICE_SELECT", "1")
             .envs(self.variables.iter().copied());

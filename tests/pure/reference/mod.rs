@@ -252,12 +252,12 @@ fn a_light_on_a_plane_casts_a_sharp_shadow() {
 
 /// Errors fall with the root of the number of paths: fitted over powers of four, no shallower than
 /// -0.45. The truth has 64 times as many as the last, so that its own error bends the line by less than
-/// a hundredth.
+/// a hundredth. Of 64 pixels with three channels the slope is known to 0.016.
 #[test]
 fn errors_fall_with_the_root_of_the_paths() {
     let lab = Lab { probe: Some(Probe::studio()), ..Lab::new() };
     let (surfels, _) = bowl(4000, 0.8);
-    let view = parallel(DVec3::new(0.5, 0.5, -3.0), DVec3::ZERO, 1.2, 16);
+    let view = parallel(DVec3::new(0.5, 0.5, -3.0), DVec3::ZERO, 1.2, 8);
     let picture = |samples: i64, seed: i64| {
         lab.picture(&surfels, view, &[("samples", int(samples)), ("seed", int(seed))])
     };
@@ -266,7 +266,7 @@ fn errors_fall_with_the_root_of_the_paths() {
         let found = picture(samples, 2);
         let pairs = found.color.data.iter().zip(&truth.color.data);
         let squares: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
-        let measured = (squares / (3.0 * 256.0)).sqrt();
+        let measured = (squares / (3.0 * 64.0)).sqrt();
         // What the picture says of itself is what is measured.
         let told = found.standard_error();
         assert!((0.7..1.4).contains(&(told / measured)), "{samples}: {told} told, {measured}");

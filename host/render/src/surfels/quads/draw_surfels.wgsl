@@ -254,36 +254,35 @@ fn own_radius(i: u32) -> f32 {
 // What is seen of discs from behind only because they stick out past the edge of what hides their
 // centres looks as the front does beside it, and keeps its distance, for the pixels of this chunk.
 // Why stands in `rims.rs` of `host/raster`, the twin.
+//
+// Drivers may go on with pixels that are discarded, so that nothing is before the loop, and those that have nothing to
+// look for take no step.
 @fragment
 fn rim_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     let pixel = vec2<i32>(p.xy);
     let winner = textureLoad(nearest, pixel, 0).xy;
-    let i = nearest_in_chunk(winner);
-    if i >= chunk.count || winner.x >> BACK_BIT == 0u {
-        discard;
-    }
+    let counted = nearest_in_chunk(winner);
+    let is_back = counted < chunk.count && winner.x >> BACK_BIT == 1u;
+    let i = select(0u, counted, is_back);
     let own = own_radius(i);
     let local = vec3(position[3u * i], position[3u * i + 1u], position[3u * i + 2u]);
     let center = (chunk.view_from_chunk * vec4(local, 1.0)).xyz;
     let distance = -center.z;
-    if !(own > 0.0 && distance > view::view.near) {
-        discard;
-    }
     let clip = view::view.clip_from_view * vec4(center, 1.0);
     let ndc = clip.xy / clip.w;
     let size = view::view.size_px;
     let at = floor(vec2(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size);
     let to_center = at - vec2<f32>(pixel);
-    let steps = max(abs(to_center.x), abs(to_center.y));
-    if !(steps >= 1.0 && steps <= MOST_STEPS) {
-        discard;
-    }
-    let per_unit = 0.5 * size.y / view::view.half_extent.y;
-    let px = per_unit / select(distance, 1.0, view::view.orthographic == 1u);
+    let apart = max(abs(to_center.x), abs(to_center.y));
+    let is_near = own > 0.0 && distance > view::view.near && apart >= 1.0 && apart <= MOST_STEPS;
+    let px = 0.5 * size.y / view::view.half_extent.y / select(distance, 1.0, view::view.orthographic == 1u);
     let slack = RIM_RADII * (own + chunk.low_pass / px);
-    let hides = front_distance(vec2<i32>(at));
-    if hides <= 0.0 || hides > distance || distance - hides > slack {
-        discard;
+    var steps = 0.0;
+    if is_back && is_near {
+        let hides = front_distance(vec2<i32>(at));
+        if hides > 0.0 && hides <= distance && distance - hides <= slack {
+            steps = apart;
+        }
     }
     for (var k = 1.0; k <= steps; k += 1.0) {
         let beside = pixel + vec2<i32>(floor(to_center * k / steps + 0.5));
