@@ -73,6 +73,12 @@ fn results_are_the_same_on_any_number_of_threads() {
     let (whole, open) = (ball(folder.path(), 2.0), ball(folder.path(), 0.9));
     let named = |id: &str, value: &Value| Values::from([(id.to_owned(), value.clone())]);
     let lattice = Value::Text("2 2 2 1 1 1 0 0 0.5".to_owned());
+    let picture = folder.path().join("picture.png");
+    let pixel = |x: u32, y: u32| image::Rgb([16 * x as u8, 16 * y as u8, 99]);
+    image::RgbImage::from_fn(16, 16, pixel).save(&picture).unwrap();
+    let mut laid = named("image", &Value::Text(picture.display().to_string()));
+    let pairs = "-0.2 0 0.98 0 1; 0.2 0 0.98 1 1".to_owned();
+    laid.insert("pairs".to_owned(), Value::Text(pairs));
     for (id, cloud, values) in [
         ("smooth", &whole, Values::new()),
         ("boolean", &whole, named("with", &file)),
@@ -80,6 +86,7 @@ fn results_are_the_same_on_any_number_of_threads() {
         ("fill-holes", &open, Values::new()),
         ("transform", &whole, named("rotate-x", &Value::Float(30.0))),
         ("deform", &whole, named("lattice", &lattice)),
+        ("texture", &whole, laid),
     ] {
         let tool = tool(id);
         let one = run(&tool, cloud, &values, 1);

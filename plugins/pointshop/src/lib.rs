@@ -1,4 +1,4 @@
-//! # Pointshop: six tools that edit clouds
+//! # Pointshop: seven tools that edit clouds
 //!
 //! | tool         | what it does                                                        |
 //! |--------------|---------------------------------------------------------------------|
@@ -8,6 +8,7 @@
 //! | `fill-holes` | closes holes with smooth patches of surfels                          |
 //! | `transform`  | moves, turns, scales and mirrors                                     |
 //! | `deform`     | bends by a lattice of control points                                 |
+//! | `texture`    | lays a picture on the surface by pairs of places                     |
 //!
 //! Each tool's file opens with its parameters, method, limits and sources. Tools with a second cloud read
 //! it from a PLY file, by `ply`.
@@ -33,11 +34,13 @@ mod sphere_fit;
 mod surfels;
 #[cfg(test)]
 mod tests;
+mod texture;
 mod transform;
+mod typed;
 
 use surfelshop_api::export_plugin;
 
 export_plugin! {
     id: "org.surfelshop.pointshop",
-    tools: [smooth::Smooth, boolean::Boolean, register::Register, holes::FillHoles, transform::Transform, deform::Deform],
+    tools: [smooth::Smooth, boolean::Boolean, register::Register, holes::FillHoles, transform::Transform, deform::Deform, texture::Texture],
 }

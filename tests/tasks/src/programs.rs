@@ -11,8 +11,9 @@ use std::time::{Duration, Instant};
 use crate::cargo;
 use crate::steps::{Outcome, readable};
 
-/// Programs that take long, longest first: the others follow in the order that Cargo names them.
-const FIRST: [&str; 4] = ["program", "render", "surfelshop_viewer", "pure"];
+/// Programs that take long, longest first, and then the one that uses one processor alone, so that it does not come last:
+/// the others follow in the order that Cargo names them.
+const FIRST: [&str; 5] = ["program", "render", "surfelshop_viewer", "memory", "pure"];
 
 /// Programs that measure the memory of their own process: one test at a time.
 const ONE_BY_ONE: [&str; 1] = ["memory"];

@@ -3,7 +3,8 @@
 //! | parameter | type   | default | meaning                                                          |
 //! |-----------|--------|---------|------------------------------------------------------------------|
 //! | `to`      | file   |         | the cloud that stays, a PLY file                                 |
-//! | `start`   | choice | `place` | `place`: from where it is; `centres`: middles on each other; `axes`: main axes too |
+//! | `start`   | choice | `place` | `place`: from where it is; `centres`: middles on each other; `axes`: main axes too; `pairs`: as these say |
+//! | `pairs`   | text   |         | places of the cloud and of the other one that are the same: `x y z x y z; ...` |
 //! | `overlap` | float  | 0.8     | share of the surfels that have a counterpart, 0.1 to 1            |
 //! | `rounds`  | int    | 60      | most rounds of each of three steps                               |
 //! | `samples` | int    | 20000   | surfels that are compared in the last step                       |
@@ -12,7 +13,9 @@
 //! that face about the same way, the farthest pairs beyond the `overlap` are left out, and the
 //! rigid motion is found that brings the others onto the planes of their partners. Three steps use ever
 //! more surfels, evenly chosen; each ends where a round moves nothing by more than a thousandth of a
-//! spacing. `axes` tries the four turns that put main axes on each other and takes the best.
+//! spacing. `axes` tries the four turns that put main axes on each other and takes the best. `pairs`, three or more,
+//! start with the motion that brings the first place of each nearest to the second in the mean square, which is Horn's
+//! unit quaternion; they need not be exact.
 //!
 //! The message tells the root mean square of the distances from planes, the share of pairs,
 //! rounds, and the motion as `transform` takes it. Only positions of the whole cloud change, and what turns
@@ -23,7 +26,8 @@
 //! Triangles of a mesh are left out.
 //!
 //! Source: Chen and Medioni, "Object modelling by registration of multiple range images", Image and
-//! Vision Computing 10(3), 1992; Chetverikov et al., "The trimmed iterative closest point algorithm", ICPR
+//! Vision Computing 10(3), 1992; Horn, "Closed-form solution of absolute orientation using unit quaternions", JOSA A 4,
+//! 1987; Chetverikov et al., "The trimmed iterative closest point algorithm", ICPR
 //! 2002.
 //!
 //! ```text
@@ -31,6 +35,7 @@
 //! ```
 
 mod icp;
+mod pairs;
 
 use crate::boolean::NEEDS_SECOND;
 use crate::ply::PlyFile;
@@ -52,6 +57,8 @@ choices! {
         Centres = "centres",
         /// Its main axes onto those of the other.
         Axes = "axes",
+        /// Places onto those that are the same.
+        Pairs = "pairs",
     }
 }
 
@@ -61,8 +68,10 @@ params! {
         /// The cloud that stays: a PLY file.
         to: FilePath { default: FilePath::default(), endings: &["ply"] },
         /// Where the fit starts: where the cloud is (place), with the middles on each other
-        /// (centres), or the main axes too (axes).
+        /// (centres), the main axes too (axes), or typed places on each other (pairs).
         start: Start { default: Start::Place },
+        /// Places of the cloud and of the other one that are the same, three or more: `x y z x y z; x y z x y z`.
+        pairs: String { default: String::new() },
         /// Share of the surfels that have a counterpart.
         overlap: f64 { default: 0.8, range: 0.1..=1.0 },
         /// Most rounds of each of three steps.
@@ -116,7 +125,10 @@ impl Tool for Register {
                 rounds(&surfels, steps[step], &target, start, (overlap, params.rounds), job, share);
             found.inspect(|fit| n_rounds += fit.rounds)
         };
-        let starts = starts(&surfels, &others, params.start);
+        let starts = match params.start {
+            Start::Pairs => vec![pairs::motion(&params.pairs, cloud.origin)?],
+            start => starts(&surfels, &others, start),
+        };
         let mut best = None;
         for (i, start) in starts.iter().enumerate() {
             let at = |i: usize| 0.2 + 0.2 * i as f64 / starts.len() as f64;
@@ -196,7 +208,8 @@ fn starts(surfels: &Surfels, others: &Surfels, start: Start) -> Vec<Motion> {
     let (own, other) = (middle(&surfels.places), middle(&others.places));
     let onto = |turn: DQuat| Motion { turn, translation: other - turn * own };
     match start {
-        Start::Place => vec![Motion::default()],
+        // Pairs say themselves where it starts.
+        Start::Place | Start::Pairs => vec![Motion::default()],
         Start::Centres => {
             let boxes = box_of(&surfels.places).zip(box_of(&others.places));
             let by_box = boxes

@@ -7,6 +7,7 @@ mod ply;
 mod register;
 mod shapes;
 mod smooth;
+mod texture;
 
 use std::cell::{Cell, RefCell};
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS, Values};

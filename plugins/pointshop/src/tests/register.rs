@@ -168,3 +168,36 @@ fn what_cannot_be_registered_is_refused_and_runs_stop() {
     }
     stops_everywhere::<Register>(&ball(60), &Settings { rounds: 3, ..params });
 }
+
+#[test]
+fn pairs_that_are_about_right_start_from_anywhere() {
+    let fixed = body(4000, 1);
+    let file = TemporaryFile::new("pairs-fixed.ply", ply_text(&fixed, false).as_bytes());
+    let own = body(4000, 5);
+    // Upside down and far away: beyond what `place` and `axes` find alone.
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 0.3, 0.2).normalize_or(DVec3::X), 2.9);
+    let by = DVec3::new(7.0, -3.0, 2.0);
+    let cloud = moved(&own, turn, by);
+    let pair = |i: usize| {
+        let at = Vec3::from_slice(&own.positions[3 * i..]).as_dvec3();
+        // Clicks miss by some spacings.
+        let missed =
+            at + 0.1 * DVec3::new(noise(i as u64), noise(i as u64 + 1), noise(i as u64 + 2));
+        let DVec3 { x, y, z } = turn * at + by;
+        format!("{x} {y} {z} {} {} {}", missed.x, missed.y, missed.z)
+    };
+    let typed = |n: usize| (0..n).map(|i| pair(i * 700 + 50)).collect::<Vec<_>>().join("; ");
+    let params = |pairs: String| Settings {
+        to: file.path(),
+        start: Start::Pairs,
+        overlap: 1.0,
+        pairs,
+        ..Default::default()
+    };
+    let ran = run::<Register>(&cloud, &params(typed(4))).unwrap();
+    assert!(worst(&ran, &own) < 4e-3, "{} {}", worst(&ran, &own), ran.message);
+    assert!(refusal::<Register>(&cloud, &params(typed(2))).contains("found 2"));
+    assert!(refusal::<Register>(&cloud, &params("1 2 3".to_owned())).contains("6 numbers"));
+    let same = "1 1 1 0 0 0; 1 1 1 0 0 0; 1 1 1 0 0 0".to_owned();
+    assert!(refusal::<Register>(&cloud, &params(same)).contains("all at one"));
+}

@@ -1,0 +1,387 @@
+//! # `texture`: lays a picture on the surface
+//!
+//! | parameter     | type  | default | meaning                                                                 |
+//! |---------------|-------|---------|-------------------------------------------------------------------------|
+//! | `image`       | file  |         | the picture: PNG or JPEG                                                |
+//! | `pairs`       | text  |         | places of the surface and where of the picture they are, see below       |
+//! | `opacity`     | float | 1       | how much of the colour the picture covers, times its own                |
+//! | `reach`       | float | 0       | how far from the places the surface is looked at, scene units; 0: as far as the picture reaches |
+//! | `rounds`      | int   | 60      | rounds of laying the surface flat                                       |
+//! | `distortion`  | bool  | false   | makes the column `distortion`                                           |
+//! | `coordinates` | bool  | false   | makes the column `texture_coordinate`                                   |
+//!
+//! `pairs` is two pairs or more, with semicolons between; each is x, y and z in world space and two shares of the picture,
+//! from its left and from its top: `0 0 1 0 1; 0.5 0 1 1 1` lays its lower edge between two places. Two pairs say where it
+//! lies and how large it is; more pull it into place.
+//!
+//! Method. The surface around the places is laid flat with as little stretch as can be, see `flatten`, and the picture is
+//! laid on it, in two passes, the second with what is beneath the picture alone. A surfel takes the mean of the picture over its width, in linear light. `distortion` is how many times
+//! longer or shorter than everywhere lengths become in the worst direction: 1 is none. `texture_coordinate` is two floats,
+//! as `pairs` has them. Both are 0 beyond the patch.
+//!
+//! Limits: a surfel has one colour, so that no more of a picture shows than there are surfels; a patch that wraps around
+//! a body meets itself. Colours of Gaussian splats' harmonics stay.
+//!
+//! Source: Zwicker et al., "Pointshop 3D", SIGGRAPH 2002, for the tool; Sorkine and Alexa, "As-rigid-as-possible surface
+//! modeling", SGP 2007; Liu et al., "A local/global approach to mesh parameterization", SGP 2008; Schmidt et al.,
+//! "Interactive decal compositing with discrete exponential maps", SIGGRAPH 2006.
+//!
+//! ```text
+//! surfelshop bake vase.ply -t texture --set image=label.png --set pairs="0 0 1 0 1; 0.5 0 1 1 1" -o labelled.ply
+//! ```
+
+pub(crate) mod flatten;
+pub(crate) mod patch;
+pub(crate) mod picture;
+
+use crate::search::Search;
+use crate::surfels::{Surfels, finite, floats, median, spacings};
+use crate::typed::rows;
+use flatten::{Flat, Pin};
+use patch::Patch;
+use picture::Picture;
+use surfelshop_api::columns::{COLOR, NEUTRAL_ALBEDO, Values};
+use surfelshop_api::glam::{DMat2, DVec2, DVec3, Vec3};
+use surfelshop_api::params::linear_to_srgb;
+use surfelshop_api::prelude::*;
+use surfelshop_api::tool::NewColumn;
+
+params! {
+    /// Settings of `texture`.
+    pub struct Settings {
+        /// The picture: PNG or JPEG.
+        image: FilePath { default: FilePath::default(), endings: &["png", "jpg", "jpeg"] },
+        /// Places and where of the picture they are, from its left and top: `x y z u v; x y z u v`.
+        pairs: String { default: String::new() },
+        /// How much of the colour the picture covers.
+        opacity: f32 { default: 1.0, range: 0.0..=1.0 },
+        /// How far from the places the surface is looked at, scene units; 0: as far as the picture reaches.
+        reach: f64 { default: 0.0, range: 0.0..=1e9 },
+        /// Rounds of laying the surface flat.
+        rounds: u32 { default: 60, range: 1..=2000, quality: true, logarithmic: true },
+        /// Makes the column `distortion`: 1 where lengths are kept.
+        distortion: bool { default: false },
+        /// Makes the column `texture_coordinate`: shares of the picture, from its left and top.
+        coordinates: bool { default: false },
+    }
+}
+
+/// Column that says how lengths are distorted.
+const DISTORTION: &str = "distortion";
+
+/// Column of places of the picture.
+const COORDINATE: &str = "texture_coordinate";
+
+/// A place may be so many spacings away from the nearest surfel.
+const NEAR: f64 = 3.0;
+
+/// The surface is looked at so much farther than the picture reaches in a straight line: it is curved.
+const BEYOND: f64 = 1.5;
+
+/// Rounds that tell about where the picture lies.
+const ABOUT: u32 = 5;
+
+/// What is laid flat goes so many of the picture's heights and widths beyond it: what lies farther is not painted, and would
+/// only pull.
+const MARGIN: f64 = 0.15;
+
+/// Why cases of `check` are left out.
+const NEEDS_PICTURE: &str = "no case has a picture";
+
+/// The tool.
+pub(crate) struct Texture;
+
+/// A place of the surface, from the cloud's origin, and of the picture, in shares from its left and top.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PlacePair {
+    place: DVec3,
+    share: DVec2,
+}
+
+/// What the picture becomes at a surfel.
+struct Shown {
+    /// In shares of the picture, from its left and top.
+    share: DVec2,
+    /// Linear light and how much it covers; none outside the picture.
+    light: Option<(Vec3, f32)>,
+    /// The map's larger and smaller stretch; 0 where it has none.
+    stretch: [f64; 2],
+}
+
+impl Tool for Texture {
+    const INFO: UnitInfo = UnitInfo::new(
+        "texture",
+        "Lay a picture on",
+        "Lays a picture on the surface by pairs of places.",
+    );
+    type Params = Settings;
+    const LIMITS: &'static [LimitInfo] = &[
+        LimitInfo::new("outputs", NEEDS_PICTURE),
+        LimitInfo::new("threads", NEEDS_PICTURE),
+        LimitInfo::new("again", NEEDS_PICTURE),
+        LimitInfo::new("reordered", NEEDS_PICTURE),
+    ];
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn run(&mut self, cloud: &CloudView<'_>, params: &Settings, job: &Job<'_>) -> Result<()> {
+        let surfels = Surfels::of(cloud)?;
+        if params.image.is_empty() {
+            return Err(Error::new("expected a picture in `image`, found no file"));
+        }
+        let reach = finite("reach", params.reach)?;
+        let pairs = read_pairs(&params.pairs, cloud.origin)?;
+        job.progress(0.0, "reading the picture");
+        let picture = Picture::read(params.image.as_path())?;
+        let aspect = picture.aspect();
+        let in_picture = |share: DVec2| DVec2::new(share.x * aspect, 1.0 - share.y);
+        refuse_mirrored(&pairs, &surfels, in_picture)?;
+        let search = Search::build(&surfels.places, job)?;
+        let nearest = nearest(&pairs, &surfels, &search, job)?;
+        job.progress(0.1, "finding the surface around the places");
+        let reach = if reach > 0.0 { reach } else { BEYOND * reach_of(&pairs, in_picture) };
+        let patch = Patch::around(&surfels, &search, &nearest, reach, job)?;
+        let pins = |patch: &Patch| pins(&pairs, &nearest, &surfels, patch, in_picture);
+        let about = Flat::of(&patch, &surfels.normals, &pins(&patch)?, ABOUT, job, 0.2..0.3)?;
+        let beneath = beneath(&patch, &about, &pins(&patch)?, aspect);
+        drop((patch, about));
+        let patch = Patch::of(&surfels, &search, beneath, job, 0.3..0.35)?;
+        let pins = pins(&patch)?;
+        let flat = Flat::of(&patch, &surfels.normals, &pins, params.rounds, job, 0.35..0.8)?;
+        job.progress(0.8, "painting");
+        let shown = job.map(patch.surfels.len(), 0.8..0.95, |i| {
+            let at = flat.lie.picture(flat.places[i]);
+            let [larger, smaller] = flat.slope(&patch, i).map_or([0.0; 2], stretches);
+            // What a surfel is as wide as, in heights of the picture.
+            let radius = surfels.radii.get(patch.surfels[i] as usize).copied().unwrap_or(0.0);
+            let width = radius * larger / flat.lie.turn.length();
+            let light = picture.at(at, width).filter(|_| at.is_finite());
+            Shown {
+                share: DVec2::new(at.x / aspect, 1.0 - at.y),
+                light: light.map(|seen| (seen.truncate(), seen.w * params.opacity)),
+                stretch: [larger, smaller],
+            }
+        })?;
+        let off = pins.iter().map(|pin| flat.pinned(pin).distance(flat.lie.plane(pin.picture)));
+        let off = off.fold(0.0, f64::max);
+        stage(cloud, &patch, &shown, params, off, job)
+    }
+}
+
+/// The surfels beneath the picture and its places, and some around.
+fn beneath(patch: &Patch, flat: &Flat, pins: &[Pin], aspect: f64) -> Vec<u32> {
+    let corners = [DVec2::ZERO, DVec2::new(aspect, 1.0)].into_iter();
+    let all = corners.chain(pins.iter().map(|pin| flat.lie.picture(flat.places[pin.surfel])));
+    let start = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (low, high) = all.fold(start, |(low, high), at| (low.min(at), high.max(at)));
+    let margin = MARGIN * (high - low);
+    let is_beneath = |place: &DVec2| {
+        let at = flat.lie.picture(*place);
+        at.cmpge(low - margin).all() && at.cmple(high + margin).all()
+    };
+    let places = patch.surfels.iter().zip(&flat.places);
+    places.filter(|(_, place)| is_beneath(place)).map(|(surfel, _)| *surfel).collect()
+}
+
+/// The larger and the smaller stretch of a map.
+fn stretches(slope: DMat2) -> [f64; 2] {
+    // The singular values: half the lengths of sum and difference of the similarity and the mirror that it is made of.
+    let (a, b) = (slope.x_axis, slope.y_axis);
+    let turned = DVec2::new(a.x + b.y, a.y - b.x).length();
+    let mirrored = DVec2::new(a.x - b.y, a.y + b.x).length();
+    [0.5 * (turned + mirrored), 0.5 * (turned - mirrored).abs()]
+}
+
+/// Reads pairs of places; those of the surface from the cloud's origin.
+fn read_pairs(text: &str, origin: DVec3) -> Result<Vec<PlacePair>> {
+    let form = "two pairs or more, `x y z u v` with semicolons between";
+    let pair = |[x, y, z, u, v]: [f64; 5]| PlacePair {
+        place: DVec3::new(x, y, z) - origin,
+        share: DVec2::new(u, v),
+    };
+    let pairs: Vec<PlacePair> = rows("pairs", text, form)?.into_iter().map(pair).collect();
+    match pairs.len() {
+        0 | 1 => Err(Error::new(format!("`pairs`: expected {form}, found {}", pairs.len()))),
+        _ => Ok(pairs),
+    }
+}
+
+/// Refuses three pairs or more that run round the other way in the picture than on the surface, as seen from outside.
+fn refuse_mirrored(
+    pairs: &[PlacePair],
+    surfels: &Surfels,
+    in_picture: impl Fn(DVec2) -> DVec2,
+) -> Result<()> {
+    let n = pairs.len() as f64;
+    let middle = pairs.iter().map(|pair| pair.place).sum::<DVec3>() / n;
+    let flat = pairs.iter().map(|pair| in_picture(pair.share)).sum::<DVec2>() / n;
+    let next = |i: usize| &pairs[(i + 1) % pairs.len()];
+    let of_surface: DVec3 =
+        (0..pairs.len()).map(|i| (pairs[i].place - middle).cross(next(i).place - middle)).sum();
+    let of_picture: f64 = (0..pairs.len())
+        .map(|i| (in_picture(pairs[i].share) - flat).perp_dot(in_picture(next(i).share) - flat))
+        .sum();
+    // The side that is looked at is that of the surfel nearest to the middle.
+    let near = surfels.places.iter().zip(&surfels.normals);
+    let near = near
+        .filter(|(place, _)| place.is_finite())
+        .min_by(|a, b| a.0.distance_squared(middle).total_cmp(&b.0.distance_squared(middle)));
+    let side = near.map_or(0.0, |(_, normal)| of_surface.normalize_or_zero().dot(*normal));
+    if pairs.len() > 2 && side * of_picture < 0.0 && side.abs() > 0.3 {
+        return Err(Error::new(
+            "`pairs`: expected places that go round the same way in the picture and on the surface, found \
+             the picture mirrored; `v` counts from the top",
+        ));
+    }
+    Ok(())
+}
+
+/// The surfel nearest to each place.
+fn nearest(
+    pairs: &[PlacePair],
+    surfels: &Surfels,
+    search: &Search,
+    job: &Job<'_>,
+) -> Result<Vec<u32>> {
+    let apart = spacings(search, &surfels.places, job, 0.0..0.1)?;
+    let spacing = median(apart.into_iter()).unwrap_or(0.0);
+    let found = pairs.iter().enumerate().map(|(i, pair)| {
+        let found = search.closest(pair.place);
+        let far = found.map_or(f64::INFINITY, |found| found.squared.sqrt());
+        found.filter(|_| far <= NEAR * spacing).map(|found| found.index).ok_or_else(|| {
+            let n = i + 1;
+            Error::new(format!(
+                "`pairs`: expected places on the surface, found place {n} {far:.3} away from the nearest \
+                 surfel, where these are {spacing:.3} apart"
+            ))
+        })
+    });
+    found.collect()
+}
+
+/// How far the picture reaches from the places, by how far these are apart.
+fn reach_of(pairs: &[PlacePair], in_picture: impl Fn(DVec2) -> DVec2) -> f64 {
+    let of_pair = |(a, b): (&PlacePair, &PlacePair)| {
+        a.place.distance(b.place) / in_picture(a.share).distance(in_picture(b.share))
+    };
+    let all =
+        pairs.iter().enumerate().flat_map(|(i, a)| pairs[i + 1..].iter().map(move |b| (a, b)));
+    let scale = all.map(of_pair).filter(|scale| scale.is_finite()).fold(0.0, f64::max);
+    let corners = [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE].map(&in_picture);
+    let to_nearest = |corner: &DVec2| {
+        let distances = pairs.iter().map(|pair| in_picture(pair.share).distance(*corner));
+        distances.fold(f64::INFINITY, f64::min)
+    };
+    let between = pairs.iter().map(|pair| pair.place.distance(pairs[0].place)).fold(0.0, f64::max);
+    (scale * corners.iter().map(to_nearest).fold(0.0, f64::max)).max(between)
+}
+
+fn pins(
+    pairs: &[PlacePair],
+    nearest: &[u32],
+    surfels: &Surfels,
+    patch: &Patch,
+    in_picture: impl Fn(DVec2) -> DVec2,
+) -> Result<Vec<Pin>> {
+    let pins = pairs.iter().zip(nearest).map(|(pair, own)| {
+        let surfel = patch.surfels.binary_search(own).ok()?;
+        let away = pair.place - surfels.places[*own as usize];
+        let offset = patch.axes[surfel].map(|axis| away.dot(axis));
+        Some(Pin { surfel, offset: offset.into(), picture: in_picture(pair.share) })
+    });
+    pins.collect::<Option<_>>().ok_or_else(|| Error::new("expected finite places, found others"))
+}
+
+fn stage(
+    cloud: &CloudView<'_>,
+    patch: &Patch,
+    shown: &[Shown],
+    params: &Settings,
+    off: f64,
+    job: &Job<'_>,
+) -> Result<()> {
+    let albedos = cloud.albedos();
+    let painted = patch.surfels.iter().zip(shown).filter_map(|(&i, shown)| {
+        let (i, (light, cover)) = (i as usize, shown.light?);
+        Some((i, albedos.get(i)?.lerp(light, cover)))
+    });
+    let painted: Vec<(usize, Vec3)> = painted.collect();
+    if painted.is_empty() {
+        return Err(Error::new("expected a picture that covers surfels, found none beneath it"));
+    }
+    let whole = |components: usize, value: &dyn Fn(&Shown) -> [f32; 2]| {
+        let mut values = vec![0.0; components * cloud.len];
+        for (i, shown) in patch.surfels.iter().zip(shown) {
+            let at = components * *i as usize;
+            values[at..at + components].copy_from_slice(&value(shown)[..components]);
+        }
+        values
+    };
+    let worst =
+        |[larger, smaller]: [f64; 2]| if smaller > 0.0 { larger.max(1.0 / smaller) } else { 0.0 };
+    let distortions = whole(1, &|shown| [worst(shown.stretch) as f32, 0.0]);
+    let shares = whole(2, &|shown| shown.share.as_vec2().to_array());
+    let mut columns = Vec::new();
+    if params.distortion {
+        columns.push(floats(DISTORTION, 1, &distortions));
+    }
+    if params.coordinates {
+        columns.push(floats(COORDINATE, 2, &shares));
+    }
+    job.check()?;
+    let seen = shown.iter().filter(|shown| shown.light.is_some());
+    let mut stretches: Vec<f64> = seen.flat_map(|shown| shown.stretch).collect();
+    stretches.sort_by(f64::total_cmp);
+    // Without those in the deepest folds.
+    let at = |percent: usize| stretches.get(percent * stretches.len() / 100).copied();
+    let [low, high] = [1, 99].map(|percent| at(percent).unwrap_or(0.0));
+    let n = patch.surfels.len();
+    job.progress(
+        1.0,
+        &format!(
+            "{} of {n} surfels around the places painted; lengths become {low:.3} to {high:.3} times as \
+             long (1 % to 99 %); places are off by at most {off:.2e}",
+            painted.len()
+        ),
+    );
+    stage_colors(cloud, &painted, columns, job)
+}
+
+/// Stages colours of some surfels in the type that the cloud's have, and other columns; all else stays.
+fn stage_colors(
+    cloud: &CloudView<'_>,
+    painted: &[(usize, Vec3)],
+    others: Vec<NewColumn<'_>>,
+    job: &Job<'_>,
+) -> Result<()> {
+    let is_known = |column: &&ColumnView<'_>| {
+        column.components >= 3
+            && matches!(column.values, Values::F32(_) | Values::U16(_) | Values::U8(_))
+    };
+    let column = cloud.column(COLOR).filter(is_known);
+    let components = column.map_or(3, |column| column.components);
+    let n = components as usize;
+    let code = |value: f32, most: f32| (linear_to_srgb(value.clamp(0.0, 1.0)) * most).round();
+    macro_rules! stage {
+        ($variant:ident, $old:expr, $value:expr) => {{
+            let mut values = $old;
+            for (i, color) in painted {
+                values[n * i..n * i + 3].copy_from_slice(&color.to_array().map($value));
+            }
+            let values = Values::$variant(&values);
+            let color = NewColumn { name: COLOR, components, values };
+            job.edit(&Edit::Columns([color].into_iter().chain(others).collect()))
+        }};
+    }
+    match column.map(|column| column.values) {
+        Some(Values::F32(old)) => stage!(F32, old.to_vec(), |value| value.max(0.0)),
+        Some(Values::U16(old)) => stage!(U16, old.to_vec(), |value| code(value, 65535.0) as u16),
+        Some(Values::U8(old)) => stage!(U8, old.to_vec(), |value| code(value, 255.0) as u8),
+        _ => {
+            let neutral = NEUTRAL_ALBEDO.map(|value| code(value, 255.0) as u8);
+            stage!(U8, neutral.repeat(cloud.len), |value| code(value, 255.0) as u8)
+        }
+    }
+}
