@@ -10,7 +10,8 @@ use surfelshop_api::prelude::*;
 pub(crate) fn rows<const N: usize>(id: &str, text: &str, form: &str) -> Result<Vec<[f64; N]>> {
     let rows = text.split(';').map(str::trim).filter(|row| !row.is_empty());
     let read = |row: &str| {
-        let words = row.split([' ', ',', '\t', '\n']).filter(|word| !word.is_empty());
+        let words =
+            row.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
         let number = |word: &str| word.parse().ok().filter(|number: &f64| number.is_finite());
         let numbers: Option<Vec<f64>> = words.map(number).collect();
         let row_of = numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok());

@@ -108,6 +108,13 @@ impl Tool for Register {
         if params.to.is_empty() {
             return Err(Error::new("expected the cloud that stays in `to`, found no file"));
         }
+        let by_pairs = match (params.start, params.pairs.trim().is_empty()) {
+            (Start::Pairs, _) => Some(pairs::motion(&params.pairs, cloud.origin)?),
+            (_, true) => None,
+            (_, false) => {
+                return Err(Error::new("expected `start=pairs` with `pairs`, found another"));
+            }
+        };
         job.progress(0.0, "reading the other cloud");
         let file = PlyFile::read(params.to.as_path())?;
         let others = file.surfels(cloud.origin, job, 0.0..0.1)?;
@@ -125,9 +132,9 @@ impl Tool for Register {
                 rounds(&surfels, steps[step], &target, start, (overlap, params.rounds), job, share);
             found.inspect(|fit| n_rounds += fit.rounds)
         };
-        let starts = match params.start {
-            Start::Pairs => vec![pairs::motion(&params.pairs, cloud.origin)?],
-            start => starts(&surfels, &others, start),
+        let starts = match by_pairs {
+            Some(motion) => vec![motion],
+            None => starts(&surfels, &others, params.start),
         };
         let mut best = None;
         for (i, start) in starts.iter().enumerate() {

@@ -4,6 +4,7 @@ use super::icp::Motion;
 use crate::typed::rows;
 use surfelshop_api::glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use surfelshop_api::prelude::*;
+use surfelshop_geometry::eigen;
 
 /// Squarings of a matrix after which its largest eigenvalue alone is left: of two that are a billionth apart as well.
 const SQUARINGS: usize = 40;
@@ -25,14 +26,32 @@ pub(super) fn motion(text: &str, origin: DVec3) -> Result<Motion> {
     let n = pairs.len() as f64;
     let own = pairs.iter().map(|pair| pair.0).sum::<DVec3>() / n;
     let other = pairs.iter().map(|pair| pair.1).sum::<DVec3>() / n;
-    let mut sum = DMat3::ZERO;
+    let outer = |a: DVec3, b: DVec3| DMat3::from_cols(b * a.x, b * a.y, b * a.z);
+    let (mut sum, mut owns, mut others) = (DMat3::ZERO, DMat3::ZERO, DMat3::ZERO);
     for (a, b) in &pairs {
         let (a, b) = (*a - own, *b - other);
-        sum += DMat3::from_cols(b * a.x, b * a.y, b * a.z);
+        sum += outer(a, b);
+        owns += outer(a, a);
+        others += outer(b, b);
     }
-    let turn = rotation(sum)
-        .ok_or_else(|| Error::new("`pairs`: expected places that differ, found all at one"))?;
+    let turn = rotation(sum).filter(|_| is_spread(owns, own) && is_spread(others, other));
+    let turn = turn.ok_or_else(|| {
+        Error::new(
+            "`pairs`: expected three places of each cloud that are not on one line, found others",
+        )
+    })?;
     Ok(Motion { turn, translation: other - turn * own })
+}
+
+/// Places spread across a line by at least this share of how they spread along it, squared: less tells no turn about it.
+const LEAST_SPREAD: f64 = 1e-6;
+
+/// Whether places, of which the sum of outer products is given, around `middle`, are not all near one line.
+fn is_spread(sum: DMat3, middle: DVec3) -> bool {
+    let [along, across, _] = eigen::symmetric(sum).values;
+    // All at one place but for rounding.
+    let is_point = along <= (1e-12 * middle.length()).powi(2);
+    !is_point && across > LEAST_SPREAD * along
 }
 
 /// The rotation R for which the trace of R transposed times `sum` is largest: the eigenvector of the largest eigenvalue of

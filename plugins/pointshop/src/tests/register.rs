@@ -198,6 +198,13 @@ fn pairs_that_are_about_right_start_from_anywhere() {
     assert!(worst(&ran, &own) < 4e-3, "{} {}", worst(&ran, &own), ran.message);
     assert!(refusal::<Register>(&cloud, &params(typed(2))).contains("found 2"));
     assert!(refusal::<Register>(&cloud, &params("1 2 3".to_owned())).contains("6 numbers"));
-    let same = "1 1 1 0 0 0; 1 1 1 0 0 0; 1 1 1 0 0 0".to_owned();
-    assert!(refusal::<Register>(&cloud, &params(same)).contains("all at one"));
+    for line in [
+        "0.1 0.1 0.1 0.7 0.7 0.7; 0.1 0.1 0.1 0.7 0.7 0.7; 0.1 0.1 0.1 0.7 0.7 0.7",
+        "0 0 0 0 0 0; 1 1 1 1 1 1; 2 2 2 2 2 2",
+    ] {
+        let said = refusal::<Register>(&cloud, &params(line.to_owned()));
+        assert!(said.contains("not on one line"), "{said}");
+    }
+    let unsaid = Settings { start: Start::Axes, ..params(typed(4)) };
+    assert!(refusal::<Register>(&cloud, &unsaid).contains("start=pairs"));
 }

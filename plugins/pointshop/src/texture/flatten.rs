@@ -20,8 +20,14 @@ use surfelshop_api::prelude::*;
 /// Steps of conjugate gradients in each round: the next round goes on where it ended.
 const STEPS: usize = 60;
 
+/// Share of the mean length of links by which a round moves surfels at most where it is the last.
+const SETTLED: f64 = 1e-3;
+
 /// How firmly surfels are held, over how firmly their neighbours hold them: off by about a thousandth of what these pull.
 const HOLD: f64 = 1e3;
+
+/// By how much better a mirror has to fit than a similarity: places that are clicked are not exact.
+const MIRRORED: f64 = 1.5;
 
 /// A place of the surface that has a place in the picture.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +84,8 @@ pub(crate) struct Flat {
     turns: Vec<DVec2>,
     /// How the picture lies.
     pub(crate) lie: Lie,
+    /// Whether the last round moved nothing any more.
+    pub(crate) settled: bool,
 }
 
 impl Flat {
@@ -94,18 +102,24 @@ impl Flat {
         share: Range<f64>,
     ) -> Result<Self> {
         let (mut places, mut turns) = unrolled(patch, normals, pins, job)?;
+        refuse_mirrored(&places, &turns, pins)?;
+        let enough = SETTLED * patch.mean_length();
+        let mut settled = false;
         for round in 0..rounds {
             let done = f64::from(round) / f64::from(rounds);
             let done = share.start + (share.end - share.start) * done;
             job.progress(done, "laying the surface flat");
-            job.check()?;
             for (i, turn) in turns.iter_mut().enumerate() {
                 *turn = best_turn(patch, &places, i).unwrap_or(*turn);
             }
-            improve(patch, &mut places, &turns, pins);
+            let moved = improve(patch, &mut places, &turns, pins, job)?;
+            settled = moved <= enough;
+            if settled {
+                break;
+            }
         }
         let lie = lie_of(&places, &turns, pins)?;
-        Ok(Self { places, turns, lie })
+        Ok(Self { places, turns, lie, settled })
     }
 
     /// The derivative of the map at a surfel, from its tangent plane into the plane: the affine map that fits its links
@@ -139,6 +153,29 @@ fn lie_of(places: &[DVec2], turns: &[DVec2], pins: &[Pin]) -> Result<Lie> {
         .ok_or_else(|| Error::new("expected places that differ, on the cloud and in the picture"))
 }
 
+/// Refuses places that a mirror brings nearer to those of the picture than a similarity does.
+fn refuse_mirrored(places: &[DVec2], turns: &[DVec2], pins: &[Pin]) -> Result<()> {
+    let n = pins.len() as f64;
+    let at = |pin: &Pin| places[pin.surfel] + turns[pin.surfel].rotate(pin.offset);
+    let p0 = pins.iter().map(|pin| pin.picture).sum::<DVec2>() / n;
+    let u0 = pins.iter().map(at).sum::<DVec2>() / n;
+    let (mut similar, mut mirrored) = (DVec2::ZERO, DVec2::ZERO);
+    for pin in pins {
+        let (p, u) = (pin.picture - p0, at(pin) - u0);
+        // Products of complex numbers, of the conjugate of one and of both.
+        similar += DVec2::new(p.dot(u), p.perp_dot(u));
+        mirrored += p.rotate(u);
+    }
+    // Of places on a line both are equal.
+    if mirrored.length() > MIRRORED * similar.length() {
+        return Err(Error::new(
+            "`pairs`: expected places that lie to each other in the picture as on the surface, seen from outside, \
+             found the picture mirrored; `v` counts from the top",
+        ));
+    }
+    Ok(())
+}
+
 /// The rotation that brings a surfel's tangent plane nearest to where its neighbours lie.
 fn best_turn(patch: &Patch, places: &[DVec2], i: usize) -> Option<DVec2> {
     let sum = patch.links(i).iter().fold(DVec2::ZERO, |sum, link| {
@@ -148,8 +185,8 @@ fn best_turn(patch: &Patch, places: &[DVec2], i: usize) -> Option<DVec2> {
     sum.try_normalize()
 }
 
-/// The discrete exponential map: from the surfel nearest to the pins' middle on, each surfel lies where those before it
-/// have it, in the mean; its axes are carried along.
+/// The discrete exponential map: from the first pin on, each surfel lies where those before it have it, in the mean; its axes
+/// are carried along.
 fn unrolled(
     patch: &Patch,
     normals: &[DVec3],
@@ -201,11 +238,12 @@ fn unrolled(
             }
         }
     }
-    if pins.iter().any(|pin| !settled[pin.surfel]) {
-        return Err(Error::new(
-            "expected places that hang together over the surface, found a gap between them; `reach` \
-             says how far around them the surface is looked at",
-        ));
+    if let Some(i) = pins.iter().position(|pin| !settled[pin.surfel]) {
+        return Err(Error::new(format!(
+            "`pairs`: expected places that hang together over the surface, found a gap or a sharp edge \
+             between place 1 and place {}; a larger `reach` may lead around it",
+            i + 1
+        )));
     }
     // Islands that no place is on stay out of the way, and are not painted.
     for (place, settled) in places.iter_mut().zip(&settled) {
@@ -225,19 +263,32 @@ fn carried(patch: &Patch, normals: &[DVec3], from: usize, to: usize) -> DVec2 {
     DVec2::new(right.dot(patch.axes[to][0]), right.dot(patch.axes[to][1])).normalize_or(DVec2::X)
 }
 
-/// Better places for these rotations, by some steps of conjugate gradients on the normal equations.
-fn improve(patch: &Patch, places: &mut [DVec2], turns: &[DVec2], pins: &[Pin]) {
+/// The right side of the normal equations: where links, turned, pull each surfel.
+fn pulls(patch: &Patch, turns: &[DVec2]) -> Vec<DVec2> {
+    let mut pulls = vec![DVec2::ZERO; turns.len()];
+    for (i, turn) in turns.iter().enumerate() {
+        for link in patch.links(i) {
+            let way = link.weight * turn.rotate(link.offset);
+            pulls[link.to as usize] += way;
+            pulls[i] -= way;
+        }
+    }
+    pulls
+}
+
+/// Better places for these rotations, by some steps of conjugate gradients on the normal equations; how far the one that is
+/// moved most is moved.
+fn improve(
+    patch: &Patch,
+    places: &mut [DVec2],
+    turns: &[DVec2],
+    pins: &[Pin],
+    job: &Job<'_>,
+) -> Result<f64> {
     let n = places.len();
     let mut diagonal: Vec<f64> =
         (0..n).map(|i| 2.0 * patch.links(i).iter().map(|link| link.weight).sum::<f64>()).collect();
-    let mut right = vec![DVec2::ZERO; n];
-    for i in 0..n {
-        for link in patch.links(i) {
-            let way = link.weight * turns[i].rotate(link.offset);
-            right[link.to as usize] += way;
-            right[i] -= way;
-        }
-    }
+    let mut right = pulls(patch, turns);
     // As firmly for all, so that what is left after the fit is its orthogonal rest.
     let firm = HOLD * pins.iter().map(|pin| diagonal[pin.surfel]).fold(0.0, f64::max);
     let unexplained = |places: &[DVec2]| -> Vec<DVec2> {
@@ -282,6 +333,7 @@ fn improve(patch: &Patch, places: &mut [DVec2], turns: &[DVec2], pins: &[Pin]) {
     let mut size = dot(&rest, &scaled);
     let enough = 1e-24 * dot(&right, &divided(&right));
     for _ in 0..STEPS {
+        job.check()?;
         if size.is_nan() || size <= enough {
             break;
         }
@@ -302,9 +354,12 @@ fn improve(patch: &Patch, places: &mut [DVec2], turns: &[DVec2], pins: &[Pin]) {
             *way = *scaled + share * *way;
         }
     }
+    let mut most = 0.0f64;
     for ((place, x), is_there) in places.iter_mut().zip(x).zip(is_there) {
         if is_there {
+            most = most.max(place.distance(x));
             *place = x;
         }
     }
+    Ok(most)
 }

@@ -19,7 +19,8 @@
 //! longer or shorter than everywhere lengths become in the worst direction: 1 is none. `texture_coordinate` is two floats,
 //! as `pairs` has them. Both are 0 beyond the patch.
 //!
-//! Limits: a surfel has one colour, so that no more of a picture shows than there are surfels; a patch that wraps around
+//! Limits: normals of neighbours more than 72 degrees apart are a sharp edge, over which no surface hangs together; at most
+//! three million surfels; a surfel has one colour, so that no more of a picture shows than there are surfels; a patch that wraps around
 //! a body meets itself. Colours of Gaussian splats' harmonics stay.
 //!
 //! Source: Zwicker et al., "Pointshop 3D", SIGGRAPH 2002, for the tool; Sorkine and Alexa, "As-rigid-as-possible surface
@@ -35,7 +36,7 @@ pub(crate) mod patch;
 pub(crate) mod picture;
 
 use crate::search::Search;
-use crate::surfels::{Surfels, finite, floats, median, spacings};
+use crate::surfels::{Surfels, finite, floats, spacings};
 use crate::typed::rows;
 use flatten::{Flat, Pin};
 use patch::Patch;
@@ -134,12 +135,12 @@ impl Tool for Texture {
         let reach = finite("reach", params.reach)?;
         let pairs = read_pairs(&params.pairs, cloud.origin)?;
         job.progress(0.0, "reading the picture");
-        let picture = Picture::read(params.image.as_path())?;
+        let picture = Picture::read(params.image.as_path(), job)?;
         let aspect = picture.aspect();
         let in_picture = |share: DVec2| DVec2::new(share.x * aspect, 1.0 - share.y);
-        refuse_mirrored(&pairs, &surfels, in_picture)?;
         let search = Search::build(&surfels.places, job)?;
-        let nearest = nearest(&pairs, &surfels, &search, job)?;
+        let apart = spacings(&search, &surfels.places, job, 0.0..0.1)?;
+        let nearest = nearest(&pairs, &search, &apart)?;
         job.progress(0.1, "finding the surface around the places");
         let reach = if reach > 0.0 { reach } else { BEYOND * reach_of(&pairs, in_picture) };
         let patch = Patch::around(&surfels, &search, &nearest, reach, job)?;
@@ -155,18 +156,22 @@ impl Tool for Texture {
             let at = flat.lie.picture(flat.places[i]);
             let [larger, smaller] = flat.slope(&patch, i).map_or([0.0; 2], stretches);
             // What a surfel is as wide as, in heights of the picture.
-            let radius = surfels.radii.get(patch.surfels[i] as usize).copied().unwrap_or(0.0);
+            let surfel = patch.surfels[i] as usize;
+            let radius = surfels.radii.get(surfel).copied().unwrap_or(apart[surfel]);
             let width = radius * larger / flat.lie.turn.length();
             let light = picture.at(at, width).filter(|_| at.is_finite());
+            let share = DVec2::new(at.x / aspect, 1.0 - at.y);
             Shown {
-                share: DVec2::new(at.x / aspect, 1.0 - at.y),
+                share: if share.is_finite() { share } else { DVec2::ZERO },
                 light: light.map(|seen| (seen.truncate(), seen.w * params.opacity)),
                 stretch: [larger, smaller],
             }
         })?;
         let off = pins.iter().map(|pin| flat.pinned(pin).distance(flat.lie.plane(pin.picture)));
         let off = off.fold(0.0, f64::max);
-        stage(cloud, &patch, &shown, params, off, job)
+        let settled = if flat.settled { "" } else { ", not settled" };
+        let words = format!("places are off by at most {off:.2e} in the scene's unit{settled}");
+        stage(cloud, &patch, &shown, params, &words, job)
     }
 }
 
@@ -208,53 +213,17 @@ fn read_pairs(text: &str, origin: DVec3) -> Result<Vec<PlacePair>> {
     }
 }
 
-/// Refuses three pairs or more that run round the other way in the picture than on the surface, as seen from outside.
-fn refuse_mirrored(
-    pairs: &[PlacePair],
-    surfels: &Surfels,
-    in_picture: impl Fn(DVec2) -> DVec2,
-) -> Result<()> {
-    let n = pairs.len() as f64;
-    let middle = pairs.iter().map(|pair| pair.place).sum::<DVec3>() / n;
-    let flat = pairs.iter().map(|pair| in_picture(pair.share)).sum::<DVec2>() / n;
-    let next = |i: usize| &pairs[(i + 1) % pairs.len()];
-    let of_surface: DVec3 =
-        (0..pairs.len()).map(|i| (pairs[i].place - middle).cross(next(i).place - middle)).sum();
-    let of_picture: f64 = (0..pairs.len())
-        .map(|i| (in_picture(pairs[i].share) - flat).perp_dot(in_picture(next(i).share) - flat))
-        .sum();
-    // The side that is looked at is that of the surfel nearest to the middle.
-    let near = surfels.places.iter().zip(&surfels.normals);
-    let near = near
-        .filter(|(place, _)| place.is_finite())
-        .min_by(|a, b| a.0.distance_squared(middle).total_cmp(&b.0.distance_squared(middle)));
-    let side = near.map_or(0.0, |(_, normal)| of_surface.normalize_or_zero().dot(*normal));
-    if pairs.len() > 2 && side * of_picture < 0.0 && side.abs() > 0.3 {
-        return Err(Error::new(
-            "`pairs`: expected places that go round the same way in the picture and on the surface, found \
-             the picture mirrored; `v` counts from the top",
-        ));
-    }
-    Ok(())
-}
-
 /// The surfel nearest to each place.
-fn nearest(
-    pairs: &[PlacePair],
-    surfels: &Surfels,
-    search: &Search,
-    job: &Job<'_>,
-) -> Result<Vec<u32>> {
-    let apart = spacings(search, &surfels.places, job, 0.0..0.1)?;
-    let spacing = median(apart.into_iter()).unwrap_or(0.0);
+fn nearest(pairs: &[PlacePair], search: &Search, apart: &[f64]) -> Result<Vec<u32>> {
     let found = pairs.iter().enumerate().map(|(i, pair)| {
         let found = search.closest(pair.place);
-        let far = found.map_or(f64::INFINITY, |found| found.squared.sqrt());
-        found.filter(|_| far <= NEAR * spacing).map(|found| found.index).ok_or_else(|| {
+        let away = found.map_or(f64::INFINITY, |found| found.squared.sqrt());
+        let spacing = found.map_or(0.0, |found| apart[found.index as usize]);
+        found.filter(|_| away <= NEAR * spacing).map(|found| found.index).ok_or_else(|| {
             let n = i + 1;
             Error::new(format!(
-                "`pairs`: expected places on the surface, found place {n} {far:.3} away from the nearest \
-                 surfel, where these are {spacing:.3} apart"
+                "`pairs`: expected places on the surface, found place {n} {away:.3e} away from the nearest \
+                 surfel, where these are {spacing:.3e} apart"
             ))
         })
     });
@@ -299,12 +268,12 @@ fn stage(
     patch: &Patch,
     shown: &[Shown],
     params: &Settings,
-    off: f64,
+    words: &str,
     job: &Job<'_>,
 ) -> Result<()> {
     let albedos = cloud.albedos();
     let painted = patch.surfels.iter().zip(shown).filter_map(|(&i, shown)| {
-        let (i, (light, cover)) = (i as usize, shown.light?);
+        let (i, (light, cover)) = (i as usize, shown.light.filter(|(_, cover)| *cover > 0.0)?);
         Some((i, albedos.get(i)?.lerp(light, cover)))
     });
     let painted: Vec<(usize, Vec3)> = painted.collect();
@@ -332,7 +301,8 @@ fn stage(
     }
     job.check()?;
     let seen = shown.iter().filter(|shown| shown.light.is_some());
-    let mut stretches: Vec<f64> = seen.flat_map(|shown| shown.stretch).collect();
+    let stretches = seen.flat_map(|shown| shown.stretch).filter(|stretch| *stretch > 0.0);
+    let mut stretches: Vec<f64> = stretches.collect();
     stretches.sort_by(f64::total_cmp);
     // Without those in the deepest folds.
     let at = |percent: usize| stretches.get(percent * stretches.len() / 100).copied();
@@ -342,7 +312,7 @@ fn stage(
         1.0,
         &format!(
             "{} of {n} surfels around the places painted; lengths become {low:.3} to {high:.3} times as \
-             long (1 % to 99 %); places are off by at most {off:.2e}",
+             long (1 % to 99 %); {words}",
             painted.len()
         ),
     );

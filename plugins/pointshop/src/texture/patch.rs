@@ -1,7 +1,7 @@
 //! The part of a surface around some places, and how its surfels lie to each other.
 
 use crate::search::Search;
-use crate::surfels::Surfels;
+use crate::surfels::{Surfels, median};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -18,6 +18,16 @@ const FACING: f64 = 0.3;
 /// Links are at most so many times as long as that to the third neighbour: across a gap there is none.
 const LONGEST: f64 = 3.0;
 
+/// Links count as at least this share of the middle one: two surfels at nearly one place would hold each other so firmly that
+/// nothing moves them.
+const LEAST: f64 = 0.2;
+
+/// The most surfels of a patch: some 500 bytes each.
+const MOST: usize = 3_000_000;
+
+/// Surfels between two questions whether to stop.
+const QUESTION: usize = 4096;
+
 /// A link from one surfel to another.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
@@ -25,7 +35,7 @@ pub(crate) struct Link {
     pub(crate) to: u32,
     /// Where it lies in the tangent plane of the first, as far away as over the surface.
     pub(crate) offset: DVec2,
-    /// 1 over the square of the distance: of any length the same strain counts the same.
+    /// 1 over the square of the distance, but for the shortest: of any length the same strain counts the same.
     pub(crate) weight: f64,
 }
 
@@ -41,6 +51,12 @@ pub(crate) struct Patch {
 }
 
 impl Patch {
+    /// The mean length of links; 0 where there are none.
+    pub(crate) fn mean_length(&self) -> f64 {
+        let sum: f64 = self.links.iter().map(|link| link.offset.length()).sum();
+        sum / self.links.len().max(1) as f64
+    }
+
     /// The links of a surfel.
     pub(crate) fn links(&self, i: usize) -> &[Link] {
         let start = i.checked_sub(1).map_or(0, |before| self.ends[before]);
@@ -51,7 +67,7 @@ impl Patch {
     /// `reach`.
     ///
     /// # Errors
-    /// Where the job is to stop.
+    /// Where the job is to stop, and where there are more than [`MOST`].
     pub(crate) fn around(
         surfels: &Surfels,
         search: &Search,
@@ -64,7 +80,7 @@ impl Patch {
             seeds.iter().map(|&seed| (seed, 0.0)).collect();
         let mut open: BinaryHeap<(Reverse<u64>, u32)> =
             seeds.iter().map(|&seed| (Reverse(0f64.to_bits()), seed)).collect();
-        let mut n_visited = 0;
+        let mut n_visited = 0usize;
         while let Some((Reverse(bits), i)) = open.pop() {
             // Bits of numbers that are not negative are in their order.
             let distance = f64::from_bits(bits);
@@ -72,8 +88,14 @@ impl Patch {
                 continue;
             }
             n_visited += 1;
-            if n_visited % 4096 == 0 {
+            if n_visited.is_multiple_of(QUESTION) {
                 job.check()?;
+            }
+            if found.len() > MOST {
+                return Err(Error::new(format!(
+                    "expected a picture over at most {MOST} surfels, found more within {reach:.3e} of the \
+                     places; set a smaller `reach`"
+                )));
             }
             for j in neighbours(i) {
                 let apart = surfels.places[i as usize].distance(surfels.places[j as usize]);
@@ -102,16 +124,18 @@ impl Patch {
     ) -> Result<Self> {
         let near = job.map(chosen.len(), share, |i| {
             let near = neighbours(surfels, search, chosen[i] as usize).into_iter();
-            near.filter_map(|j| chosen.binary_search(&j).ok()).collect::<Vec<usize>>()
+            near.filter_map(|j| Some(chosen.binary_search(&j).ok()? as u32)).collect::<Vec<u32>>()
         })?;
         // To be near is not mutual; a link is.
         let mut mutual: Vec<Vec<u32>> = vec![Vec::new(); chosen.len()];
         for (i, near) in near.iter().enumerate() {
             for &j in near {
-                mutual[i].push(j as u32);
-                mutual[j].push(i as u32);
+                mutual[i].push(j);
+                mutual[j as usize].push(i as u32);
             }
         }
+        drop(near);
+        job.check()?;
         let axes: Vec<[DVec3; 2]> = chosen
             .iter()
             .map(|&i| {
@@ -120,17 +144,24 @@ impl Patch {
                 [right, normal.cross(right)]
             })
             .collect();
-        let (mut ends, mut links) = (Vec::with_capacity(chosen.len()), Vec::new());
+        let n_links = mutual.iter().map(Vec::len).sum();
+        let (mut ends, mut links) = (Vec::with_capacity(chosen.len()), Vec::with_capacity(n_links));
         for (i, near) in mutual.iter_mut().enumerate() {
             near.sort_unstable();
             near.dedup();
+            if i.is_multiple_of(QUESTION) {
+                job.check()?;
+            }
             let own = chosen[i] as usize;
-            links.extend(near.iter().filter_map(|&j| {
-                let other = chosen[j as usize] as usize;
-                let offset = offset(surfels, own, other, axes[i]);
-                let weight = 1.0 / offset.length_squared();
-                (weight.is_finite() && weight > 0.0).then_some(Link { to: j, offset, weight })
+            let offset = |&j: &u32| offset(surfels, own, chosen[j as usize] as usize, axes[i]);
+            let offsets: Vec<DVec2> = near.iter().map(offset).collect();
+            let middle = median(offsets.iter().map(|offset| offset.length())).unwrap_or(0.0);
+            let least = (LEAST * middle).powi(2);
+            links.extend(near.iter().zip(offsets).filter_map(|(&to, offset)| {
+                let weight = 1.0 / offset.length_squared().max(least);
+                (weight.is_finite() && weight > 0.0).then_some(Link { to, offset, weight })
             }));
+            *near = Vec::new();
             ends.push(links.len());
         }
         Ok(Self { surfels: chosen, axes, ends, links })

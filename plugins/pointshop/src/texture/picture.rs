@@ -1,15 +1,19 @@
 //! A picture in linear light, at full size and at halves of it.
 
+use image::{DynamicImage, ImageDecoder as _, ImageFormat};
 use std::path::Path;
-use surfelshop_api::glam::{DVec2, Vec4};
+use surfelshop_api::glam::{DVec2, Vec3, Vec4};
 use surfelshop_api::params::srgb_to_linear;
 use surfelshop_api::prelude::*;
 
-/// Most pixels of a side: a file may claim what no memory holds.
-const MOST_SIDE: u32 = 16_384;
+/// Most pixels of a side, and in all: a file may claim what no memory holds. A pixel takes some 30 bytes meanwhile.
+const MOST_SIDE: u32 = 32_768;
+const MOST_PIXELS: u64 = 64 << 20;
 
 /// One size of the picture.
 struct Level {
+    /// How many times as wide its pixels are as those of the largest.
+    step: f64,
     width: usize,
     height: usize,
     /// Linear light times opacity, and opacity.
@@ -26,8 +30,8 @@ impl Picture {
     /// Reads a PNG or JPEG file.
     ///
     /// # Errors
-    /// Where it is none, or too large.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    /// Where it is none, or too large, and where the job is to stop.
+    pub(crate) fn read(path: &Path, job: &Job<'_>) -> Result<Self> {
         let name = path.display();
         let wrong = |error: &dyn std::fmt::Display| {
             Error::new(format!("{name}: expected a PNG or JPEG picture, found {error}"))
@@ -35,20 +39,39 @@ impl Picture {
         let mut reader = image::ImageReader::open(path)
             .and_then(image::ImageReader::with_guessed_format)
             .map_err(|error| wrong(&error))?;
+        match reader.format() {
+            Some(ImageFormat::Png | ImageFormat::Jpeg) => {}
+            _ => return Err(wrong(&"another kind of file")),
+        }
         let mut limits = image::Limits::default();
         limits.max_image_width = Some(MOST_SIDE);
         limits.max_image_height = Some(MOST_SIDE);
+        limits.max_alloc = Some(8 * MOST_PIXELS);
         reader.limits(limits);
-        let decoded = reader.decode().map_err(|error| wrong(&error))?.into_rgba16();
+        let mut decoder = reader.into_decoder().map_err(|error| wrong(&error))?;
+        let (width, height) = decoder.dimensions();
+        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+            let found = format!("{width} x {height} pixels, of at most {MOST_PIXELS} in all");
+            return Err(wrong(&found));
+        }
+        // As a camera was held.
+        let orientation = decoder.orientation().map_err(|error| wrong(&error))?;
+        let mut decoded = DynamicImage::from_decoder(decoder).map_err(|error| wrong(&error))?;
+        decoded.apply_orientation(orientation);
+        let decoded = decoded.into_rgba16();
+        job.check()?;
         let (width, height) = (decoded.width() as usize, decoded.height() as usize);
         let share = |code: u16| f32::from(code) / 65535.0;
+        let light: Vec<f32> = (0..=u16::MAX).map(|code| srgb_to_linear(share(code))).collect();
         let pixels = decoded.pixels().map(|pixel| {
-            let [r, g, b, a] = pixel.0.map(share);
-            let [r, g, b] = [r, g, b].map(srgb_to_linear);
-            Vec4::new(r * a, g * a, b * a, a)
+            let [r, g, b, a] = pixel.0;
+            let [r, g, b] = [r, g, b].map(|code| light[usize::from(code)]);
+            Vec3::new(r, g, b).extend(1.0) * share(a)
         });
-        let mut levels = vec![Level { width, height, pixels: pixels.collect() }];
+        let pixels = pixels.collect();
+        let mut levels = vec![Level { step: 1.0, width, height, pixels }];
         while let Some(last) = levels.last().filter(|last| last.width.max(last.height) > 1) {
+            job.check()?;
             levels.push(last.halved());
         }
         Ok(Self { levels })
@@ -71,8 +94,9 @@ impl Picture {
         let level = (width * largest.height as f64).max(1.0).log2();
         let level = level.min((self.levels.len() - 1) as f64);
         let (below, part) = (level.floor() as usize, level.fract() as f32);
-        let fine = self.levels[below].at(share);
-        let coarse = self.levels.get(below + 1).map_or(fine, |level| level.at(share));
+        let pixel = share * DVec2::new(largest.width as f64, largest.height as f64);
+        let fine = self.levels[below].at(pixel);
+        let coarse = self.levels.get(below + 1).map_or(fine, |level| level.at(pixel));
         let seen = fine.lerp(coarse, part);
         let light = if seen.w > 0.0 { seen.truncate() / seen.w } else { seen.truncate() };
         Some(light.extend(seen.w))
@@ -92,16 +116,17 @@ impl Level {
             let row = |y: usize| self.pixel(x, y) + self.pixel(x + 1, y);
             0.25 * (row(y) + row(y + 1))
         };
-        Self { width, height, pixels: (0..width * height).map(mean).collect() }
+        let pixels = (0..width * height).map(mean).collect();
+        Self { step: 2.0 * self.step, width, height, pixels }
     }
 
-    /// Between the four pixels around a place in shares of the sides, from the upper left corner.
-    fn at(&self, share: DVec2) -> Vec4 {
-        let along = |share: f64, n: usize| {
-            let at = (share * n as f64 - 0.5).clamp(0.0, (n - 1) as f64);
+    /// Between the four pixels around a place, in pixels of the largest level from the upper left corner.
+    fn at(&self, pixel: DVec2) -> Vec4 {
+        let along = |pixel: f64, n: usize| {
+            let at = (pixel / self.step - 0.5).clamp(0.0, (n - 1) as f64);
             (at.floor() as usize, at.fract() as f32)
         };
-        let ((x, u), (y, v)) = (along(share.x, self.width), along(share.y, self.height));
+        let ((x, u), (y, v)) = (along(pixel.x, self.width), along(pixel.y, self.height));
         let row = |y: usize| self.pixel(x, y).lerp(self.pixel(x + 1, y), u);
         row(y).lerp(row(y + 1), v)
     }
