@@ -132,10 +132,7 @@ impl Tool for Register {
                 rounds(&surfels, steps[step], &target, start, (overlap, params.rounds), job, share);
             found.inspect(|fit| n_rounds += fit.rounds)
         };
-        let starts = match by_pairs {
-            Some(motion) => vec![motion],
-            None => starts(&surfels, &others, params.start),
-        };
+        let starts = starts(&surfels, &others, params.start, by_pairs);
         let mut best = None;
         for (i, start) in starts.iter().enumerate() {
             let at = |i: usize| 0.2 + 0.2 * i as f64 / starts.len() as f64;
@@ -209,14 +206,19 @@ fn order(n: usize) -> Vec<u32> {
 }
 
 /// Where the fit may start.
-fn starts(surfels: &Surfels, others: &Surfels, start: Start) -> Vec<Motion> {
+fn starts(
+    surfels: &Surfels,
+    others: &Surfels,
+    start: Start,
+    by_pairs: Option<Motion>,
+) -> Vec<Motion> {
     let middle = |places: &[DVec3]| places.iter().sum::<DVec3>() / places.len().max(1) as f64;
     let box_of = |places: &[DVec3]| Bounds::of(places.iter().copied()).map(|b| b.centre());
     let (own, other) = (middle(&surfels.places), middle(&others.places));
     let onto = |turn: DQuat| Motion { turn, translation: other - turn * own };
     match start {
-        // Pairs say themselves where it starts.
-        Start::Place | Start::Pairs => vec![Motion::default()],
+        Start::Place => vec![Motion::default()],
+        Start::Pairs => by_pairs.into_iter().collect(),
         Start::Centres => {
             let boxes = box_of(&surfels.places).zip(box_of(&others.places));
             let by_box = boxes

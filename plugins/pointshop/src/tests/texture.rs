@@ -33,7 +33,7 @@ fn sheet(map: impl Fn(DVec2) -> (DVec3, DVec3)) -> TestCloud {
 }
 
 fn coordinates(ran: &ToolOutput) -> Vec<DVec2> {
-    let (pairs, _) = (ran.floats("texture_coordinate"), ());
+    let pairs = ran.floats("texture_coordinate");
     pairs.chunks_exact(2).map(|pair| DVec2::new(pair[0].into(), pair[1].into())).collect()
 }
 

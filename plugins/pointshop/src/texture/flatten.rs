@@ -40,6 +40,13 @@ pub(crate) struct Pin {
     pub(crate) picture: DVec2,
 }
 
+impl Pin {
+    /// Where it lies in the plane, by where surfels lie there and how these are turned.
+    fn plane(&self, places: &[DVec2], turns: &[DVec2]) -> DVec2 {
+        places[self.surfel] + turns[self.surfel].rotate(self.offset)
+    }
+}
+
 /// How the picture lies in the plane: turned and as large as `turn`, which is a complex number, and moved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lie {
@@ -140,14 +147,12 @@ impl Flat {
 
     /// Where a pin lies in the plane.
     pub(crate) fn pinned(&self, pin: &Pin) -> DVec2 {
-        self.places[pin.surfel] + self.turns[pin.surfel].rotate(pin.offset)
+        pin.plane(&self.places, &self.turns)
     }
 }
 
 fn lie_of(places: &[DVec2], turns: &[DVec2], pins: &[Pin]) -> Result<Lie> {
-    let pairs = pins
-        .iter()
-        .map(|pin| (pin.picture, places[pin.surfel] + turns[pin.surfel].rotate(pin.offset)));
+    let pairs = pins.iter().map(|pin| (pin.picture, pin.plane(places, turns)));
     Lie::fitted(pairs)
         .filter(|lie| lie.turn.length_squared() > 0.0)
         .ok_or_else(|| Error::new("expected places that differ, on the cloud and in the picture"))
@@ -156,7 +161,7 @@ fn lie_of(places: &[DVec2], turns: &[DVec2], pins: &[Pin]) -> Result<Lie> {
 /// Refuses places that a mirror brings nearer to those of the picture than a similarity does.
 fn refuse_mirrored(places: &[DVec2], turns: &[DVec2], pins: &[Pin]) -> Result<()> {
     let n = pins.len() as f64;
-    let at = |pin: &Pin| places[pin.surfel] + turns[pin.surfel].rotate(pin.offset);
+    let at = |pin: &Pin| pin.plane(places, turns);
     let p0 = pins.iter().map(|pin| pin.picture).sum::<DVec2>() / n;
     let u0 = pins.iter().map(at).sum::<DVec2>() / n;
     let (mut similar, mut mirrored) = (DVec2::ZERO, DVec2::ZERO);

@@ -15,13 +15,13 @@
 //! lies and how large it is; more pull it into place.
 //!
 //! Method. The surface around the places is laid flat with as little stretch as can be, see `flatten`, and the picture is
-//! laid on it, in two passes, the second with what is beneath the picture alone. A surfel takes the mean of the picture over its width, in linear light. `distortion` is how many times
-//! longer or shorter than everywhere lengths become in the worst direction: 1 is none. `texture_coordinate` is two floats,
-//! as `pairs` has them. Both are 0 beyond the patch.
+//! laid on it, in two passes, the second with what is beneath the picture alone. A surfel takes the mean of the picture
+//! over its width, in linear light. `distortion` is how many times longer or shorter lengths become in the worst
+//! direction: 1 is none. `texture_coordinate` is two floats, as `pairs` has them. Both are 0 beyond the patch.
 //!
-//! Limits: normals of neighbours more than 72 degrees apart are a sharp edge, over which no surface hangs together; at most
-//! three million surfels; a surfel has one colour, so that no more of a picture shows than there are surfels; a patch that wraps around
-//! a body meets itself. Colours of Gaussian splats' harmonics stay.
+//! Limits: normals of neighbours more than 72 degrees apart are a sharp edge, over which no surface hangs together; at
+//! most three million surfels; a surfel has one colour, so that no more of a picture shows than there are surfels; a patch
+//! that wraps around a body meets itself. Colours of Gaussian splats' harmonics stay.
 //!
 //! Source: Zwicker et al., "Pointshop 3D", SIGGRAPH 2002, for the tool; Sorkine and Alexa, "As-rigid-as-possible surface
 //! modeling", SGP 2007; Liu et al., "A local/global approach to mesh parameterization", SGP 2008; Schmidt et al.,
@@ -35,15 +35,15 @@ pub(crate) mod flatten;
 pub(crate) mod patch;
 pub(crate) mod picture;
 
+use crate::columns::{Column, from_linear};
 use crate::search::Search;
 use crate::surfels::{Surfels, finite, floats, spacings};
 use crate::typed::rows;
 use flatten::{Flat, Pin};
 use patch::Patch;
 use picture::Picture;
-use surfelshop_api::columns::{COLOR, NEUTRAL_ALBEDO, Values};
+use surfelshop_api::columns::{COLOR, Element, NEUTRAL_ALBEDO, Values};
 use surfelshop_api::glam::{DMat2, DVec2, DVec3, Vec3};
-use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::prelude::*;
 use surfelshop_api::tool::NewColumn;
 
@@ -290,15 +290,12 @@ fn stage(
     };
     let worst =
         |[larger, smaller]: [f64; 2]| if smaller > 0.0 { larger.max(1.0 / smaller) } else { 0.0 };
-    let distortions = whole(1, &|shown| [worst(shown.stretch) as f32, 0.0]);
-    let shares = whole(2, &|shown| shown.share.as_vec2().to_array());
-    let mut columns = Vec::new();
-    if params.distortion {
-        columns.push(floats(DISTORTION, 1, &distortions));
-    }
-    if params.coordinates {
-        columns.push(floats(COORDINATE, 2, &shares));
-    }
+    let distortions =
+        params.distortion.then(|| whole(1, &|shown| [worst(shown.stretch) as f32, 0.0]));
+    let shares = params.coordinates.then(|| whole(2, &|shown| shown.share.as_vec2().to_array()));
+    let distortions = distortions.as_ref().map(|values| floats(DISTORTION, 1, values));
+    let shares = shares.as_ref().map(|values| floats(COORDINATE, 2, values));
+    let columns = distortions.into_iter().chain(shares);
     job.check()?;
     let seen = shown.iter().filter(|shown| shown.light.is_some());
     let stretches = seen.flat_map(|shown| shown.stretch).filter(|stretch| *stretch > 0.0);
@@ -319,11 +316,12 @@ fn stage(
     stage_colors(cloud, &painted, columns, job)
 }
 
-/// Stages colours of some surfels in the type that the cloud's have, and other columns; all else stays.
-fn stage_colors(
+/// Stages colours of some surfels, in order of their numbers, in the type that the cloud's have, and other columns; all else
+/// stays.
+fn stage_colors<'a>(
     cloud: &CloudView<'_>,
     painted: &[(usize, Vec3)],
-    others: Vec<NewColumn<'_>>,
+    others: impl Iterator<Item = NewColumn<'a>>,
     job: &Job<'_>,
 ) -> Result<()> {
     let is_known = |column: &&ColumnView<'_>| {
@@ -332,26 +330,25 @@ fn stage_colors(
     };
     let column = cloud.column(COLOR).filter(is_known);
     let components = column.map_or(3, |column| column.components);
+    let element = column.map_or(Element::U8, |column| column.values.element());
     let n = components as usize;
-    let code = |value: f32, most: f32| (linear_to_srgb(value.clamp(0.0, 1.0)) * most).round();
-    macro_rules! stage {
-        ($variant:ident, $old:expr, $value:expr) => {{
-            let mut values = $old;
-            for (i, color) in painted {
-                values[n * i..n * i + 3].copy_from_slice(&color.to_array().map($value));
-            }
-            let values = Values::$variant(&values);
-            let color = NewColumn { name: COLOR, components, values };
-            job.edit(&Edit::Columns([color].into_iter().chain(others).collect()))
-        }};
-    }
-    match column.map(|column| column.values) {
-        Some(Values::F32(old)) => stage!(F32, old.to_vec(), |value| value.max(0.0)),
-        Some(Values::U16(old)) => stage!(U16, old.to_vec(), |value| code(value, 65535.0) as u16),
-        Some(Values::U8(old)) => stage!(U8, old.to_vec(), |value| code(value, 255.0) as u8),
-        _ => {
-            let neutral = NEUTRAL_ALBEDO.map(|value| code(value, 255.0) as u8);
-            stage!(U8, neutral.repeat(cloud.len), |value| code(value, 255.0) as u8)
+    let painted = |(at, old): (usize, f64)| {
+        let (i, component) = (at / n, at % n);
+        let found = painted.binary_search_by_key(&i, |(surfel, _)| *surfel);
+        match found.ok().filter(|_| component < 3) {
+            Some(found) => from_linear(element, component, painted[found].1[component].into()),
+            None => old,
+        }
+    };
+    let mut values = column.map_or(Column::U8(Vec::new()), |column| Column::rows(column, &[]));
+    match column {
+        Some(column) => values.extend(column.values.iter_f64().enumerate().map(painted)),
+        None => {
+            let neutral = |c: usize| from_linear(element, c, NEUTRAL_ALBEDO[c].into());
+            values.extend((0..n * cloud.len).map(|at| (at, neutral(at % n))).map(painted));
         }
     }
+    let mut columns = vec![values.named(COLOR, components)];
+    others.for_each(|other| columns.push(other));
+    job.edit(&Edit::Columns(columns))
 }
