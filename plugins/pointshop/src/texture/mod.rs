@@ -112,7 +112,7 @@ struct Shown {
 impl Tool for Texture {
     const INFO: UnitInfo = UnitInfo::new(
         "texture",
-        "Lay a picture on",
+        "Texture of a picture",
         "Lays a picture on the surface by pairs of places.",
     );
     type Params = Settings;
