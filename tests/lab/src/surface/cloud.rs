@@ -61,22 +61,32 @@ const FLIGHT: DVec3 = DVec3::new(0.8, -0.36, 0.48);
 const SWEEP: DVec3 = DVec3::new(0.48, 0.8, -0.36);
 
 impl Pattern {
-    /// Whether a point of the unit cube is kept.
-    fn keeps(self, at: DVec3, random: &mut Random, lines: f64) -> bool {
+    /// Whether a point of the unit cube is kept, where the surface has this normal.
+    fn keeps(self, at: DVec3, normal: DVec3, random: &mut Random, lines: f64) -> bool {
         // No face of a common shape lies between two lines as a whole.
         let (along, across) = (at.dot(FLIGHT), at.dot(SWEEP));
         let share = match self {
             Self::Random => 1.0,
             Self::Striped => 0.05 + 0.95 * f64::from(u8::from((at.y * 6.0).fract() < 0.5)),
             Self::Gradient => 0.02 + 0.98 * (1.0 - at.y).powi(2),
-            Self::Lines => return (across * lines).rem_euclid(1.0) < 0.04,
+            Self::Lines => on_line(across * lines, SWEEP, normal),
             Self::Strips => {
-                let zigzag = (2.0 * (along * 4.0).rem_euclid(1.0) - 1.0).abs();
-                return (across * lines * 0.7 + zigzag).rem_euclid(1.0) < 0.05;
+                let sawtooth = 2.0 * (along * 4.0).rem_euclid(1.0) - 1.0;
+                let across_lines = 0.7 * lines * SWEEP + 8.0 * sawtooth.signum() * FLIGHT;
+                on_line(across * lines * 0.7 + sawtooth.abs(), across_lines.normalize(), normal)
             }
         };
         random.unit() < share
     }
+}
+
+/// Width of a line, in shares of the distance between two.
+const LINE: f64 = 0.01;
+
+/// Share of the points kept that are on a surface and at this height among lines that are 1 apart: as many for each
+/// length of a line, also where the surface runs along with the planes that they lie in and a line is wide on it.
+fn on_line(height: f64, across: DVec3, normal: DVec3) -> f64 {
+    f64::from(u8::from(height.rem_euclid(1.0) < LINE)) * across.reject_from(normal).length()
 }
 
 /// `count` points of a mesh, off by noise of this deviation.
@@ -94,7 +104,7 @@ pub(super) fn scan(mesh: &Mesh, count: usize, pattern: Pattern, noise: f64, seed
     let lines = bounds.extent() / (total / count as f64).sqrt() / 2.2;
     let mut cloud = Cloud { points: Vec::new(), normals: Vec::new() };
     let mut tries = 0u64;
-    while cloud.points.len() < count && tries < 400 * count as u64 {
+    while cloud.points.len() < count && tries < 1_000 * count as u64 {
         tries += 1;
         let along = random.unit() * total;
         let face = sums.partition_point(|&sum| sum <= along).min(sums.len() - 1);
@@ -102,7 +112,7 @@ pub(super) fn scan(mesh: &Mesh, count: usize, pattern: Pattern, noise: f64, seed
         let (a, b) = (random.unit().sqrt(), random.unit());
         let at = corners[0] * (1.0 - a) + corners[1] * (a * (1.0 - b)) + corners[2] * (a * b);
         let inside = (at - bounds.min) / bounds.extent();
-        if !pattern.keeps(inside, &mut random, lines) {
+        if !pattern.keeps(inside, face_normals[face].as_dvec3(), &mut random, lines) {
             continue;
         }
         let off = DVec3::new(random.normal(), random.normal(), random.normal()) * noise;

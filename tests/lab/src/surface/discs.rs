@@ -6,7 +6,8 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use surfelshop_geometry::{Neighbours, normals, radii, silent};
 
-/// Spacings within which a place of the mesh has a point, where it was scanned: lines are 2.2 apart, strips 3.1.
+/// Radius of the largest ball about a place of the mesh that may be empty where it was scanned, spacings: lines are 2.2
+/// apart, strips 3.1, more where the mesh runs along with the scanner's sweep.
 const BARE: f64 = 2.0;
 
 /// Points looked at, on the mesh and on discs.
@@ -14,10 +15,10 @@ const SAMPLES: usize = 200_000;
 
 pub(super) fn run(meshes: &[Mesh]) -> anyhow::Result<()> {
     println!(
-        "bare: share of the mesh without a point within two spacings; holes: of the rest what no disc covers; overshoot: share of the discs' area that is farther than half a spacing from the mesh; percent"
+        "gaps: share of the mesh within two spacings of a place that has no point within two spacings; uncovered: what no disc covers of that; holes: what no disc covers of the rest; overshoot: share of the discs' area that is farther than half a spacing from the mesh; percent"
     );
     println!(
-        "mesh         points  pattern     bare   holes  overshoot  mean radius, spacings  largest"
+        "mesh         points  pattern     gaps  uncovered   holes  overshoot  mean radius, spacings  largest"
     );
     for mesh in meshes {
         for count in [5_000, 20_000, 80_000] {
@@ -39,28 +40,26 @@ fn row(mesh: &Mesh, cloud: &Cloud, count: usize, pattern: Pattern) -> anyhow::Re
     let largest = f64::from(radii.iter().copied().fold(0.0, f32::max));
     let truth = scan(mesh, SAMPLES, Pattern::Random, 0.0, 3);
     let grid = Grid::of(&cloud.points, spacing * 2.0);
-    // Faces that lie between two lines have no points at all, and are no holes between neighbours.
-    let mut bare = 0;
-    let open = truth.points.iter().zip(&truth.normals).filter(|(point, normal)| {
+    // What lies between two lines that are farther apart than any disc may reach is no hole between neighbours.
+    let gaps = gaps(&truth.points, &cloud.points, &grid, BARE * spacing);
+    let is_covered = |point: Vec3, normal: Vec3| {
         let mut covered = false;
-        let mut is_bare = true;
-        grid.near(**point, BARE * spacing, |i| {
-            is_bare &= f64::from(cloud.points[i].distance(**point)) > BARE * spacing;
-        });
-        bare += usize::from(is_bare);
-        if is_bare {
-            return false;
-        }
-        grid.near(**point, largest.min(20.0 * spacing), |i| {
+        grid.near(point, largest.min(20.0 * spacing), |i| {
             // Round splats face whoever looks.
             let is_round = found.planarity[i] < radii::PLANAR;
-            let facing = if is_round { **normal } else { found.normals[i] };
-            covered |= is_hit(**point, **normal, cloud.points[i], facing, radii[i], spacing);
+            let facing = if is_round { normal } else { found.normals[i] };
+            covered |= is_hit(point, normal, cloud.points[i], facing, radii[i], spacing);
         });
-        !covered
-    });
-    let open = open.count();
-    let open = open as f64 / (truth.points.len() - bare) as f64;
+        covered
+    };
+    let uncovered = |in_gap: bool| {
+        let places = truth.points.iter().zip(&truth.normals).zip(&gaps);
+        let places = places.filter(|(_, is_gap)| **is_gap == in_gap);
+        let (count, open) = places.fold((0, 0), |(count, open), ((point, normal), _)| {
+            (count + 1, open + usize::from(!is_covered(*point, *normal)))
+        });
+        100.0 * open as f64 / count.max(1) as f64
+    };
     let dense = scan(mesh, 16 * count.max(20_000), Pattern::Random, 0.0, 4);
     let (mut off, mut random) = (0.0, Random::new(6));
     let reach = 0.5 * spacing;
@@ -87,17 +86,31 @@ fn row(mesh: &Mesh, cloud: &Cloud, count: usize, pattern: Pattern) -> anyhow::Re
     }
     let mean = radii.iter().map(|&r| f64::from(r)).sum::<f64>() / radii.len() as f64;
     println!(
-        "{:<12} {:>6}  {:<8} {:>7.3} {:>7.3} {:>10.2} {:>22.2} {:>8.1}",
+        "{:<12} {:>6}  {:<8} {:>7.3} {:>10.1} {:>7.3} {:>10.2} {:>22.2} {:>8.1}",
         mesh.name,
         cloud.points.len(),
         format!("{pattern:?}"),
-        100.0 * bare as f64 / truth.points.len() as f64,
-        100.0 * open,
+        100.0 * gaps.iter().filter(|is_gap| **is_gap).count() as f64 / gaps.len() as f64,
+        uncovered(true),
+        uncovered(false),
         100.0 * off / samples,
         mean / spacing,
         largest / spacing
     );
     Ok(())
+}
+
+/// Whether each place lies in a ball of this radius about one of the places that has no point in it.
+fn gaps(places: &[Vec3], points: &[Vec3], grid: &Grid, radius: f64) -> Vec<bool> {
+    let has_near = |grid: &Grid, points: &[Vec3], place: Vec3| {
+        let mut has = false;
+        grid.near(place, radius, |i| has |= f64::from(points[i].distance(place)) <= radius);
+        has
+    };
+    let empty = places.iter().filter(|place| !has_near(grid, points, **place));
+    let middles: Vec<Vec3> = empty.copied().collect();
+    let around = Grid::of(&middles, radius);
+    places.iter().map(|place| has_near(&around, &middles, *place)).collect()
 }
 
 /// Whether a ray against the normal of a point of the mesh meets a disc near it.

@@ -23,7 +23,7 @@ impl Close {
     }
 
     /// Square of the distance, units of the search.
-    fn squared(self) -> f32 {
+    pub(crate) fn squared(self) -> f32 {
         f32::from_bits((self.0 >> 32) as u32)
     }
 }

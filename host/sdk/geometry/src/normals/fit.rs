@@ -1,5 +1,6 @@
 //! Planes through the surroundings of points, at the scale that suits each.
 
+use super::lines::{self, Across};
 use super::orientation::{LINKS, PLACE_BITS, Run};
 use super::plane::{Moments, Plane};
 use super::steps::Steps;
@@ -37,6 +38,9 @@ const SLENDER: f64 = 0.25;
 
 /// Numbers of leaves that are tried where twice the points are better, about 100 to 800 points.
 const LEAVES: [usize; 4] = [8, 16, 32, 64];
+
+/// Points among which other lines are looked for, over those of a neighbourhood.
+const LINES: usize = 4;
 
 /// Leaves of a run, whose points are fitted by one thread, one after the other, and joined into patches of one sign:
 /// so many that few links lead out of it.
@@ -114,6 +118,8 @@ impl Fits {
 struct RunScratch {
     near: Shared,
     wider: Shared,
+    widest: Shared,
+    offsets: Vec<DVec3>,
     coarse: Scratch,
     points: Vec<DVec3>,
     fits: Vec<Fit>,
@@ -165,6 +171,17 @@ struct Fitting<'a> {
 }
 
 impl Fitting<'_> {
+    /// The plane across lines at a point.
+    fn across(&self, place: usize, scratch: &mut RunScratch) -> Option<Across> {
+        let near = scratch.widest.nearest(self.neighbours.tree(), place, LINES * self.k);
+        let here = self.neighbours.point(place);
+        scratch.offsets.clear();
+        scratch
+            .offsets
+            .extend(near.iter().map(|close| self.neighbours.point(close.place()) - here));
+        Across::of(&scratch.offsets)
+    }
+
     /// Fits the points of a leaf.
     fn fit_leaf(&self, leaf: usize, scratch: &mut RunScratch) {
         let Self { neighbours, coarse, steps, k } = self;
@@ -180,7 +197,18 @@ impl Fitting<'_> {
             let first =
                 plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut scratch.points);
             let least = STEP_WIDTH * steps.at(neighbours.point(place));
-            let mut best = Best { plane: first, failures: 0, least };
+            let is_line = lines::are_line(
+                first.normal,
+                scratch.points[0],
+                &scratch.points[1..],
+                &near[..near.len().min(*k)],
+            );
+            let across = if is_line { self.across(place, scratch) } else { None };
+            let first = match &across {
+                Some(across) if !across.agrees_with(&first) => across.plane,
+                _ => first,
+            };
+            let mut best = Best { plane: first, failures: 0, least, across };
             if best.is_wanting() {
                 let near = scratch.wider.nearest(tree, place, 2 * k);
                 best.try_wider(plane(neighbours, place, near, grain, &mut scratch.points));
@@ -207,6 +235,8 @@ struct Best {
     failures: u32,
     /// The least deviation along the shorter side of a neighbourhood that is no part of a step.
     least: f64,
+    /// Where the nearest are of one line: what shows which planes are of the surface.
+    across: Option<Across>,
 }
 
 impl Best {
@@ -226,8 +256,10 @@ impl Best {
         let is_surer = wider.uncertainty() < share * plane.uncertainty();
         // A larger part of a step is no worse; a mixture of surfaces is.
         let leaves_step = plane.side < self.least && wider.roughness < SHAPELESS;
-        if !wider.degenerate && (plane.degenerate || is_wider || is_surer || leaves_step) {
-            *self = Self { plane: wider, failures: 0, ..*self };
+        let is_better = plane.degenerate || is_wider || is_surer || leaves_step;
+        let agrees = self.across.as_ref().is_none_or(|across| across.agrees_with(&wider));
+        if !wider.degenerate && is_better && agrees {
+            (self.plane, self.failures) = (wider, 0);
         } else {
             self.failures += 1;
         }

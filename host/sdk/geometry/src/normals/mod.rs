@@ -1,6 +1,7 @@
 //! Surface normals from positions, and repair of single ones.
 
 mod fit;
+mod lines;
 mod orientation;
 mod plane;
 mod repair;
