@@ -73,7 +73,11 @@ impl Pattern {
             Self::Strips => {
                 let sawtooth = 2.0 * (along * 4.0).rem_euclid(1.0) - 1.0;
                 let across_lines = 0.7 * lines * SWEEP + 8.0 * sawtooth.signum() * FLIGHT;
-                on_line(across * lines * 0.7 + sawtooth.abs(), across_lines.normalize_or(SWEEP), normal)
+                on_line(
+                    across * lines * 0.7 + sawtooth.abs(),
+                    across_lines.normalize_or(SWEEP),
+                    normal,
+                )
             }
         };
         random.unit() < share
