@@ -197,12 +197,10 @@ impl Fitting<'_> {
             let first =
                 plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut scratch.points);
             let least = STEP_WIDTH * steps.at(neighbours.point(place));
-            let is_line = lines::are_line(
-                first.normal,
-                scratch.points[0],
-                &scratch.points[1..],
-                &near[..near.len().min(*k)],
-            );
+            let own = &near[..near.len().min(*k)];
+            let (here, others) = (scratch.points[0], &scratch.points[1..]);
+            // Points of one step lie in rows that are no scan lines.
+            let is_line = least <= 0.0 && lines::are_line(first.normal, here, others, own);
             let across = if is_line { self.across(place, scratch) } else { None };
             let first = match &across {
                 Some(across) if !across.agrees_with(&first) => across.plane,
