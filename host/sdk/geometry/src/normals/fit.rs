@@ -194,10 +194,9 @@ impl Fitting<'_> {
             for (link, close) in links.iter_mut().zip(near) {
                 *link = close.place() as u32;
             }
-            let first =
-                plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut scratch.points);
-            let least = STEP_WIDTH * steps.at(neighbours.point(place));
             let own = &near[..near.len().min(*k)];
+            let first = plane(neighbours, place, own, grain, &mut scratch.points);
+            let least = STEP_WIDTH * steps.at(neighbours.point(place));
             let (here, others) = (scratch.points[0], &scratch.points[1..]);
             // Points of one step lie in rows that are no scan lines.
             let is_line = least <= 0.0 && lines::are_line(first.normal, here, others, own);

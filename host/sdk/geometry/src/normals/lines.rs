@@ -45,10 +45,9 @@ pub(super) fn are_line(normal: DVec3, here: DVec3, around: &[DVec3], near: &[Clo
     let Some((farthest, nearer)) = near.split_last() else {
         return false;
     };
-    let squared = |close: &Close| f64::from(close.squared());
-    let product: f64 = nearer.iter().map(squared).product();
     let all = nearer.len() as i32;
-    let shorter = product / squared(farthest).powi(all);
+    let share = 1.0 / f64::from(farthest.squared());
+    let shorter: f64 = nearer.iter().map(|close| f64::from(close.squared()) * share).product();
     if shorter >= of_dimension(all, BENT) {
         return false;
     }
