@@ -234,18 +234,6 @@ const WIDENED_BELOW: f64 = 8.0;
 const MIN_KAPPA: f64 = 0.05;
 const MAX_SLOPE: f64 = 2.0;
 
-/// The largest radius of a round splat in perspective, shares of its distance: as the manual says it.
-const ROUND_REACH: f64 = 1.0 / 150.0;
-
-/// Whether all surfels are round splats of one radius, which are as large as they are.
-fn have_one_radius(cloud: &Cloud) -> bool {
-    let Some(Buffer::U8(round)) = cloud.column(columns::ROUND).map(Column::values) else {
-        return false;
-    };
-    let radii = cloud.radii();
-    round.iter().all(|&is_round| is_round != 0) && radii.iter().all(|radius| *radius == radii[0])
-}
-
 impl Splat {
     fn new(cloud: &Cloud, i: usize, albedo: DVec3, scene: &Scene, view: &View) -> Self {
         let view_from_offset: DMat4 = view.view_from_offset(cloud.origin());
@@ -264,10 +252,7 @@ impl Splat {
         let [axis_u, axis_v] = if tangents[0].is_empty() {
             let (u, v) =
                 if is_round { towards.normalize_or(DVec3::Z) } else { n }.any_orthonormal_pair();
-            let own = f64::from(cloud.radii()[i]) * scale;
-            let bounded = is_round && !orthographic && !have_one_radius(cloud);
-            let radius = if bounded { own.min(center.length() * ROUND_REACH) } else { own };
-            [u, v].map(|axis| axis * radius)
+            [u, v].map(|axis| axis * (f64::from(cloud.radii()[i]) * scale))
         } else {
             tangents.map(|axes| turned(axes[i]) * scale)
         };

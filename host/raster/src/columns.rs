@@ -101,20 +101,6 @@ pub struct Columns {
     pub(crate) roots: std::ops::Range<usize>,
     /// The longest half axis of any surfel, scene units.
     pub(crate) max_reach: f32,
-    /// How large round splats are at most, in shares of their distance from the eye.
-    pub(crate) round_reach: f32,
-}
-
-/// The largest radius of a round splat in perspective, in shares of its distance from the eye: 6 pixels of a picture
-/// that is 800 pixels high and 45 degrees wide. What is no surface would otherwise hide everything behind it as a ball
-/// when the eye comes near: a point knows nothing of what lies between it and its neighbours.
-const ROUND_REACH: f32 = 1.0 / 150.0;
-
-/// How large round splats of a cloud are at most, in shares of their distance from the eye: without a bound where all
-/// surfels have one radius, since that is what somebody asked for.
-#[must_use]
-pub const fn round_reach(have_one_radius: bool) -> f32 {
-    if have_one_radius { f32::MAX } else { ROUND_REACH }
 }
 
 /// Columns in the order of the file; vectors are three numbers a surfel.
@@ -169,10 +155,6 @@ impl Columns {
         report(0.15);
         normals.push(order.iter().map(|&i| three(sources.normals, i)));
         report(0.3);
-        let same = |radius: &f32| radius.to_bits() == sources.radii[0].to_bits();
-        let all_round =
-            sources.round.is_some_and(|round| round.iter().all(|&is_round| is_round != 0));
-        let have_one_radius = all_round && sources.radii.iter().all(same);
         let shape = match sources.tangents {
             Some(axes) => {
                 let [u, v] = axes.map(|axis| {
@@ -212,7 +194,6 @@ impl Columns {
             blocks: Vec::new(),
             roots: 0..0,
             max_reach: 0.0,
-            round_reach: round_reach(have_one_radius),
         };
         drop(order);
         report(0.4);

@@ -28,8 +28,6 @@ pub(crate) struct DrawnCloud {
     pub(crate) max_radius: f32,
     /// The radius of all surfels where they have one: the device is not given a column then.
     pub(crate) equal_radius: Option<f32>,
-    /// How large round splats are at most, in shares of their distance from the eye.
-    pub(crate) round_reach: f32,
     /// Its columns in memory, where the CPU draws it.
     pub(crate) on_host: Option<Arc<surfelshop_raster::Columns>>,
     /// What its places are chosen by, where the device draws merged surfels.

@@ -24,7 +24,7 @@ pub(crate) struct Radii {
 impl Radii {
     /// The radius that all surfels are drawn with, where they have one: negative of round splats.
     pub(crate) fn equal(&mut self, cloud: &CloudView<'_>, frame: u64) -> Option<f32> {
-        let column = cloud.column(columns::RADIUS)?;
+        let column = cloud.column(columns::RADIUS).filter(|_| !self.are_columns)?;
         let values = floats_of(cloud, columns::RADIUS).ok()?;
         let round = round_of(cloud);
         let known = self.known.entry(drawn_generation(cloud, column)).or_insert_with(|| {

@@ -14,7 +14,7 @@ use crate::surfels::render_cloud::DrawnCloud;
 use std::cell::OnceCell;
 use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
-use surfelshop_raster::{radius_drawn, round_reach};
+use surfelshop_raster::radius_drawn;
 
 /// Chunks of clouds with merged surfels are made of whole groups.
 const GROUP: u32 = surfelshop_raster::GROUP as u32;
@@ -56,7 +56,6 @@ impl Columns {
             generations: Vec::new(),
             max_radius: 0.0,
             equal_radius: None,
-            round_reach: round_reach(false),
             on_host: None,
             merged: None,
         };
@@ -122,9 +121,6 @@ impl Columns {
     /// Brings along how large surfels are: half axes, radii, or one radius for all.
     fn shape(&mut self, merged: bool, arriving: &mut Arriving<'_>) -> Result<(), RenderError> {
         let cloud = arriving.cloud;
-        let equal = self.radii.equal(cloud, self.frame);
-        arriving.drawn.round_reach = round_reach(equal.is_some());
-        let in_a_constant = equal.filter(|_| !merged && !self.radii.are_columns);
         let tangents = [columns::TANGENT_U, columns::TANGENT_V];
         if tangents.iter().all(|name| cloud.floats(name, 3).is_some()) {
             for name in tangents {
@@ -135,7 +131,7 @@ impl Columns {
                 arriving.drawn.max_radius = bound;
             }
             arriving.drawn.defines.push("TANGENTS");
-        } else if let Some(radius) = in_a_constant {
+        } else if !merged && let Some(radius) = self.radii.equal(cloud, self.frame) {
             arriving.drawn.max_radius = radius.abs();
             arriving.drawn.equal_radius = Some(radius);
             arriving.drawn.defines.push("EQUAL_RADII");

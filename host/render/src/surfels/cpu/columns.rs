@@ -15,7 +15,7 @@ use crate::surfels::render_cloud::DrawnCloud;
 use rayon::prelude::*;
 use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
-use surfelshop_raster::{Albedo, Sources, Splats, round_reach};
+use surfelshop_raster::{Albedo, Sources, Splats};
 
 /// A cloud in memory.
 pub(crate) struct OnHost {
@@ -208,7 +208,6 @@ impl Columns {
             generations: known.drawn.iter().map(|(_, generation)| *generation).collect(),
             max_radius: known.max_radius,
             equal_radius: None,
-            round_reach: round_reach(false),
             on_host: Some(known.columns.clone()),
             merged: None,
         })

@@ -15,8 +15,6 @@ pub(super) struct PlacedChunk {
     pub(super) object: u32,
     /// The radius of all its surfels, where they have one.
     pub(super) equal_radius: f32,
-    /// How large round splats are at most, in shares of their distance.
-    pub(super) round_reach: f32,
 }
 
 /// The bytes of `Chunk` of `disc.wgsl`.
@@ -40,7 +38,6 @@ pub(super) fn chunk_uniform(
         .u32("object", placed.object)
         .vec3("albedo", NEUTRAL_ALBEDO.into())
         .f32("radius", placed.equal_radius)
-        .f32("round_reach", placed.round_reach)
 }
 
 #[cfg(test)]
@@ -57,7 +54,6 @@ mod tests {
             count: 2,
             object: 3,
             equal_radius: 4.0,
-            round_reach: 5.0,
         };
         let source = format!(
             "{DISC}\nvar<storage, read_write> seen: u32;\n\

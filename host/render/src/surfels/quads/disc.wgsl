@@ -30,8 +30,6 @@ struct Chunk {
     albedo: vec3<f32>,
     // The radius of all surfels where they have one, negative where they are round splats.
     radius: f32,
-    // How large round splats are at most, in shares of their distance from the eye.
-    round_reach: f32,
 }
 
 var<uniform> chunk: Chunk;
@@ -221,12 +219,9 @@ fn load_disc(i: u32) -> Disc {
 #else
     let size = radius[i];
 #endif
+    let reach = abs(size) * chunk.radius_scale;
     // Radii of round splats are negative: they face the eye, whatever their normal.
     let is_round = size < 0.0;
-    var reach = abs(size) * chunk.radius_scale;
-    if is_round && view::view.orthographic == 0u {
-        reach = min(reach, length(center) * chunk.round_reach);
-    }
     let axis = select(n_view, towards / max(length(towards), 1e-30), is_round);
     // Orthonormal frame around the normal without branches.
     // Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited".

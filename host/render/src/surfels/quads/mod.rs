@@ -81,7 +81,6 @@ impl<'a> Drawing<'a> {
                     count,
                     object: cloud.object,
                     equal_radius: cloud.equal_radius.unwrap_or(0.0),
-                    round_reach: cloud.round_reach,
                 };
                 let bytes =
                     chunk_uniform(input.settings, input.unit, input.stride, &placed).into_bytes();
