@@ -234,6 +234,9 @@ const WIDENED_BELOW: f64 = 8.0;
 const MIN_KAPPA: f64 = 0.05;
 const MAX_SLOPE: f64 = 2.0;
 
+/// The largest radius of a round splat in perspective, shares of its distance: as the manual says it.
+const ROUND_REACH: f64 = 1.0 / 150.0;
+
 impl Splat {
     fn new(cloud: &Cloud, i: usize, albedo: DVec3, scene: &Scene, view: &View) -> Self {
         let view_from_offset: DMat4 = view.view_from_offset(cloud.origin());
@@ -242,17 +245,22 @@ impl Splat {
         let n = turned(cloud.normals()[i]);
         let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
         let towards = if orthographic { DVec3::Z } else { -center };
-        let is_round = match cloud.column(columns::ROUND).map(Column::values) {
-            Some(Buffer::U8(round)) => round[i] != 0,
-            _ => false,
+        let round = match cloud.column(columns::ROUND).map(Column::values) {
+            Some(Buffer::U8(round)) => round[i],
+            _ => 0,
         };
+        let is_round = round != 0;
         let back = n.dot(towards) < 0.0;
         let scale = f64::from(scene.surface.radius_scale);
         let tangents = [columns::TANGENT_U, columns::TANGENT_V].map(|name| cloud.vectors(name));
         let [axis_u, axis_v] = if tangents[0].is_empty() {
             let (u, v) =
                 if is_round { towards.normalize_or(DVec3::Z) } else { n }.any_orthonormal_pair();
-            [u, v].map(|axis| axis * (f64::from(cloud.radii()[i]) * scale))
+            let own = f64::from(cloud.radii()[i]) * scale;
+            // Clouds of the tests have round splats of one kind.
+            let bounded = is_round && round != columns::ROUND_UNBOUNDED && !orthographic;
+            let radius = if bounded { own.min(center.length() * ROUND_REACH * scale) } else { own };
+            [u, v].map(|axis| axis * radius)
         } else {
             tangents.map(|axes| turned(axes[i]) * scale)
         };

@@ -14,6 +14,10 @@ pub struct Cloud<'a> {
     pub first: u32,
     /// Number of the object that it belongs to.
     pub object: u32,
+    /// The largest radius of its round splats in perspective, in shares of their distance from the eye and times the
+    /// view's factor on radii; infinity where they are as large as they are. Merged ones are not bounded: they stand
+    /// for what lies between others.
+    pub round_reach: f32,
 }
 
 /// A cloud in a view.

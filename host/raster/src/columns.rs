@@ -201,6 +201,11 @@ impl Columns {
         columns
     }
 
+    /// Whether a group is of merged surfels.
+    pub(crate) fn is_merged(&self, group: usize) -> bool {
+        group * WIDTH >= self.len
+    }
+
     /// Makes the tree of blocks and the merged surfels.
     fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256], report: &(dyn Fn(f32) + Sync)) {
         self.pad_albedo(self.n_places);

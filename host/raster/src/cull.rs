@@ -213,7 +213,7 @@ mod tests {
             unit: 1.0,
             detail_px: 1.0,
         };
-        Eye::new(&view, Mat4::IDENTITY)
+        Eye::new(&view, Mat4::IDENTITY, f32::INFINITY)
     }
 
     fn block(middle: [f32; 3], axis: [f32; 3], cosine: f32) -> Block {

@@ -87,12 +87,16 @@ pub(crate) fn load_discs<S: Simd>(
     let (axis_u, axis_v, reach) = match &columns.shape {
         Shape::Radius(radii) => {
             let size = radii.at(simd, group);
-            let reach = size.abs() * eye.radius_scale;
+            let mut reach = size.abs() * eye.radius_scale;
             let mut axis = n_view;
             if columns.has_round {
                 let is_round = zero.simd_gt(size);
                 axis = V::pick(is_round, towards_eye(center, eye), n_view);
                 seen |= is_round;
+                if !columns.is_merged(group) {
+                    let most = center.dot(center).sqrt() * eye.round_reach;
+                    reach = (is_round & reach.simd_gt(most)).select(most, reach);
+                }
             }
             let s = axis.z.simd_ge(zero).select(splat(1.0), splat(-1.0));
             let a = splat(-1.0) / (s + axis.z);

@@ -96,7 +96,7 @@ fn draw_with(
         .iter()
         .map(|cloud| {
             let columns = cloud.columns;
-            let eye = Eye::new(view, cloud.view_from_cloud);
+            let eye = Eye::new(view, cloud.view_from_cloud, cloud.round_reach);
             let (first_surfel, object) = (cloud.first, cloud.object);
             let in_view = CloudInView { columns, eye, first, first_surfel, object };
             first += columns.n_places as u32;

@@ -11,7 +11,7 @@ use std::ops::Range;
 /// out, and where `View::detail_px` allows, merged surfels stand for theirs.
 #[must_use]
 pub fn places(cloud: &Cloud<'_>, view: &View) -> Vec<Range<u32>> {
-    let eye = Eye::new(view, cloud.view_from_cloud);
+    let eye = Eye::new(view, cloud.view_from_cloud, cloud.round_reach);
     let Cloud { columns, first, object, .. } = *cloud;
     runs(CloudInView { columns, eye, first: 1, first_surfel: first, object })
 }

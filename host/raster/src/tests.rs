@@ -7,6 +7,10 @@ use std::array::from_fn;
 
 /// Surfels on a sphere of radius 1 around (0, 0, -3).
 fn sphere(n: usize) -> Columns {
+    sphere_of(n, None)
+}
+
+fn sphere_of(n: usize, round: Option<&[u8]>) -> Columns {
     let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
     let normals: Vec<f32> = (0..n)
         .flat_map(|i| {
@@ -22,7 +26,7 @@ fn sphere(n: usize) -> Columns {
     let ao: Vec<f32> = (0..n).map(|i| (i % 11) as f32 / 10.0).collect();
     let materials: Vec<u32> = (0..n).map(|i| (i / 500) as u32).collect();
     let sources = Sources {
-        round: None,
+        round,
         positions: &positions,
         normals: &normals,
         radii: &radii,
@@ -59,18 +63,25 @@ fn view(orthographic: bool, detail_px: f32) -> View {
     }
 }
 
+/// A cloud where it is, and first.
+fn placed(columns: &Columns) -> Cloud<'_> {
+    let round_reach = f32::INFINITY;
+    Cloud { columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0, round_reach }
+}
+
 /// All that is made of a picture.
 type Bits = (Vec<[u32; 2]>, Vec<[u32; 4]>, Vec<u32>, Vec<u32>);
 
 fn drawn(level: Level, columns: [&Columns; 2], view: &View, mode: Mode) -> Bits {
     let moved = Mat4::from_translation(glam::Vec3::new(0.4, 0.1, 0.2));
     let clouds = [
-        Cloud { columns: columns[0], view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 },
+        placed(columns[0]),
         Cloud {
             columns: columns[1],
             view_from_cloud: moved,
             first: 1 + columns[0].len() as u32,
             object: 1,
+            round_reach: f32::INFINITY,
         },
     ];
     let parts = Parts { mode, winners: true, material: true, object: true };
@@ -103,7 +114,7 @@ fn what_is_drawn_into_used_memory_is_what_is_drawn_into_new() {
     let parts = Parts { mode: Mode::Blended, winners: true, material: false, object: false };
     let mut used = Picture::default();
     let draw_into = |columns: &Columns, orthographic: bool, picture: &mut Picture| {
-        let clouds = [Cloud { columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 }];
+        let clouds = [placed(columns)];
         draw(&clouds, &view(orthographic, 0.0), parts, &linear(), picture);
     };
     draw_into(&large, true, &mut used);
@@ -118,8 +129,7 @@ fn what_is_drawn_into_used_memory_is_what_is_drawn_into_new() {
 fn winners_name_surfels_of_the_cloud_also_where_they_are_merged() {
     let columns = sphere(4000);
     let view = view(false, 30.0);
-    let clouds =
-        [Cloud { columns: &columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 }];
+    let clouds = [placed(&columns)];
     let parts = Parts { mode: Mode::None, winners: true, material: true, object: false };
     let mut picture = Picture::default();
     draw(&clouds, &view, parts, &linear(), &mut picture);
@@ -179,7 +189,7 @@ fn rims_look_as_their_fronts_and_sheets_keep_their_backs() {
         view.half_extent = if orthographic { [4.0, 2.0] } else { [0.8, 0.4] };
         let drawn = |columns: &Columns, two_sided: bool| {
             let view = View { two_sided, ..view };
-            let clouds = [Cloud { columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 }];
+            let clouds = [placed(columns)];
             let parts =
                 Parts { mode: Mode::Nearest, winners: true, material: false, object: false };
             let mut picture = Picture::default();
@@ -206,4 +216,38 @@ fn rims_look_as_their_fronts_and_sheets_keep_their_backs() {
         }
         assert!(rims > 20 && of_sheet > 500, "{rims} {of_sheet}");
     }
+}
+
+/// Round splats are at most as large as the bound says, merged ones as large as what they stand for.
+///
+/// Invariant: near round splats are bounded, and merged ones leave no holes
+#[test]
+fn near_round_splats_are_bounded_and_merged_ones_cover_what_they_stand_for() {
+    let columns = sphere_of(60_000, Some(&[1; 60_000]));
+    // Their spacing is 0.9 pixels where they are nearest, their radii are up to 7 pixels, and the bound is 2.5.
+    let covered = |round_reach: f32, view: &View| {
+        let clouds = [Cloud { round_reach, ..placed(&columns) }];
+        let parts = Parts { mode: Mode::None, winners: true, material: false, object: false };
+        let mut picture = Picture::default();
+        draw(&clouds, view, parts, &linear(), &mut picture);
+        let covered: Vec<bool> = picture.winners.iter().map(|winner| winner[0] != 0).collect();
+        (covered, picture.drawn.surfels)
+    };
+    let count = |(covered, _): &(Vec<bool>, usize)| covered.iter().filter(|&&is| is).count();
+    let fine = covered(0.02, &view(false, 0.0));
+    let free = covered(f32::INFINITY, &view(false, 0.0));
+    assert!(count(&free) > count(&fine) + 500, "{} {}", count(&free), count(&fine));
+    let coarse = covered(0.02, &view(false, 20.0));
+    assert!(coarse.1 + 5000 < fine.1, "{} of {}", coarse.1, fine.1);
+    let holes = fine.0.iter().zip(&coarse.0).filter(|(fine, coarse)| **fine && !**coarse).count();
+    assert_eq!(holes, 0);
+    // Where the bound leaves nothing of single ones, merged ones are what they were.
+    assert_eq!(count(&covered(0.0, &view(false, 0.0))), 0);
+    let merged = count(&covered(0.0, &view(false, 20.0)));
+    assert!(merged > 1000, "{merged}");
+    // The factor on radii counts for what is bounded, too, and a parallel projection knows no near.
+    let larger = View { tangent_scale: 2.0, ..view(false, 0.0) };
+    assert!(count(&covered(0.02, &larger)) > count(&fine) + 100);
+    let parallel = view(true, 0.0);
+    assert!(covered(0.02, &parallel).0 == covered(f32::INFINITY, &parallel).0);
 }

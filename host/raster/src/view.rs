@@ -59,11 +59,13 @@ pub(crate) struct Eye {
     pub(crate) tolerance: f32,
     pub(crate) radius_scale: f32,
     pub(crate) tangent_scale: f32,
+    /// The largest radius of round splats that are not merged ones, in shares of their distance.
+    pub(crate) round_reach: f32,
     pub(crate) detail_px: f32,
 }
 
 impl Eye {
-    pub(crate) fn new(view: &View, view_from_cloud: Mat4) -> Self {
+    pub(crate) fn new(view: &View, view_from_cloud: Mat4, round_reach: f32) -> Self {
         let transposed = view_from_cloud.transpose();
         let row = |row: glam::Vec4| [row.x, row.y, row.z];
         let px = |i: usize| 0.5 * view.size_px[i] as f32 / view.half_extent[i];
@@ -84,6 +86,11 @@ impl Eye {
             tolerance: view.tolerance,
             radius_scale: view.tangent_scale / view.unit,
             tangent_scale: view.tangent_scale,
+            round_reach: if view.orthographic {
+                f32::INFINITY
+            } else {
+                round_reach * view.tangent_scale
+            },
             detail_px: view.detail_px,
         }
     }

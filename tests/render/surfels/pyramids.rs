@@ -127,6 +127,18 @@ fn coarser_detail_draws_fewer_surfels_and_little_else() {
     let clouds = opened(&path, 1 << 32);
     let mut lab = Lab::new(SurfelDrawing::Processor);
     let leaves = lab.pictures(&clouds, view(), 0.0, Wait::ForAll);
+    // Only leaves have what stands for nothing else.
+    let n_merged = |detail_px: f32| {
+        let surface = Scene::default().surface;
+        let drawn = clouds.drawn(&view(), &surface, detail_px, Wait::ForAll).unwrap();
+        let views = drawn.with(&clouds);
+        let objects = views.parts().unwrap().objects;
+        assert!(objects.iter().all(|part| part.is_part));
+        (objects.iter().filter(|part| part.is_merged).count(), objects.len())
+    };
+    assert_eq!(n_merged(0.0).0, 0);
+    let (merged, n_parts) = n_merged(16.0);
+    assert!(merged > 0, "{merged} of {n_parts}");
     let mut last = lab.engine.counters().drawn_surfels;
     for (detail, bound) in [(0.75, 0.02), (1.5, 0.03), (4.0, 0.06), (16.0, 0.12)] {
         let found = lab.pictures(&clouds, view(), detail, Wait::ForAll);

@@ -3,6 +3,7 @@
 mod backs;
 
 use glam::{DVec3, Vec3};
+use surfelshop_api::columns;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{CloudFacts, Projection, Scene, View};
@@ -261,6 +262,14 @@ fn round_splats_agree() {
     let mut parallel = ahead(3.0);
     parallel.camera.projection = Projection::Orthographic { height: 2.2 };
     let inside = stage::view(DVec3::new(0.3, 0.2, 0.1), DVec3::X, 256);
+    let mut several = all.clone();
+    (0..400).for_each(|i| several.radii[i] *= 0.5 + (i % 5) as f32);
+    let mut unbounded = all.clone();
+    unbounded.round = vec![columns::ROUND_UNBOUNDED; 400];
+    let mut several_unbounded = several.clone();
+    several_unbounded.round.clone_from(&unbounded.round);
+    let mut larger = Case::new("all, twice as large, inside", &several, inside);
+    larger.scene.surface.radius_scale = 2.0;
     let mut one_sided = Case::new("all, one-sided", &all, ahead(3.0));
     one_sided.scene.surface.two_sided = false;
     check(&[
@@ -268,7 +277,12 @@ fn round_splats_agree() {
         Case::new("some, parallel", &some, parallel),
         Case::new("some, inside", &some, inside),
         Case::new("all", &all, ahead(3.0)),
+        Case::new("all, inside", &all, inside),
+        Case::new("all, of several radii, inside", &several, inside),
+        Case::new("all, as large as they are, inside", &unbounded, inside),
+        Case::new("several of them, as large as they are, inside", &several_unbounded, inside),
         one_sided,
+        larger,
     ]);
 }
 
@@ -295,6 +309,10 @@ fn merged_surfels_agree() {
     full.materials = (0..full.positions.len()).map(|i| (i / 8000) as u32).collect();
     let mut round = clouds::sphere(20_000, 1.0);
     round.round = (0..20_000).map(|i| u8::from(i / 1000 % 2 == 0)).collect();
+    // Larger than what bounds those that stand for one.
+    let mut all_round = clouds::sphere(20_000, 1.0);
+    all_round.round = vec![1; 20_000];
+    let near = stage::view(DVec3::new(0.2, 0.3, 1.5), DVec3::ZERO, 64);
     let grazing = stage::view(DVec3::new(0.0, 0.05, 1.6), DVec3::ZERO, 64);
     let far = stage::view(DVec3::new(0.2, 0.3, 3.0), DVec3::ZERO, 48);
     let case = |name: &str, cloud: Cloud, view, detail_px| {
@@ -308,6 +326,7 @@ fn merged_surfels_agree() {
         case("all columns", full.cloud(), far, 4.0),
         case("grazing", full.cloud(), grazing, 1.5),
         case("round splats", round.cloud(), far, 4.0),
+        case("round splats from near", all_round.cloud(), near, 8.0),
         case("ellipses", clouds::sphere(20_000, 1.0).elliptical(0.3).cloud(), far, 4.0),
         two,
     ]);

@@ -12,7 +12,9 @@ use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::memory::ask;
 use rayon::prelude::*;
-use surfelshop_api::columns::{CLIP, NORMAL_FIELD, PLANARITY, RADIUS, ROUND, TANGENT_U, TANGENT_V};
+use surfelshop_api::columns::{
+    CLIP, NORMAL_FIELD, PLANARITY, RADIUS, ROUND, ROUND_UNBOUNDED, TANGENT_U, TANGENT_V,
+};
 
 /// The share of the diagonal of a cloud's box that the radius of points is which are as large as the low-pass: far
 /// below a pixel from wherever the whole of it is seen.
@@ -37,9 +39,10 @@ impl SplatSettings {
             ask(4 * n as u64)?;
             Ok::<_, DisplayError>(Column::new(RADIUS, 1, Buffer::F32(vec![radius; n])))
         })?;
+        // Somebody asked for this radius: no bound cuts it near the eye.
         let round = cache::splats(SplatKey::AllRound(n), || {
             ask(n as u64)?;
-            Ok::<_, DisplayError>(Column::new(ROUND, 1, Buffer::U8(vec![1; n])))
+            Ok::<_, DisplayError>(Column::new(ROUND, 1, Buffer::U8(vec![ROUND_UNBOUNDED; n])))
         })?;
         let shown = [TANGENT_U, TANGENT_V, NORMAL_FIELD, CLIP]
             .iter()

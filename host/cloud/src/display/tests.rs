@@ -3,7 +3,7 @@ use crate::cloud::axis::Axis;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use glam::DVec3;
-use surfelshop_api::columns::{COLOR, NORMAL, PLANARITY, POSITION, RADIUS, ROUND};
+use surfelshop_api::columns::{COLOR, NORMAL, PLANARITY, POSITION, RADIUS, ROUND, ROUND_UNBOUNDED};
 
 /// Surfels in a row along y, with a column `a`.
 pub(super) fn column_of(values: Buffer) -> Cloud {
@@ -377,7 +377,10 @@ fn radii_have_a_limit_and_points_have_one() {
     assert_eq!(displayed.column(RADIUS).unwrap().generation(), cloud.columns()[2].generation());
     let points = |radius| SplatSettings { look: Look::Points { radius }, ..limited };
     let displayed = display(&cloud, &splats(points(0.1))).cloud;
-    assert_eq!((displayed.radii(), round(&displayed)), (&[0.1; 3][..], Some(&[1; 3][..])));
+    assert_eq!(
+        (displayed.radii(), round(&displayed)),
+        (&[0.1; 3][..], Some(&[ROUND_UNBOUNDED; 3][..]))
+    );
     let tiny = display(&cloud, &splats(points(0.0))).cloud;
     assert!(tiny.radii().iter().all(|radius| *radius > 0.0 && *radius < 1e-6));
 }

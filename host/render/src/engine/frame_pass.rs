@@ -1,7 +1,7 @@
 //! One frame's commands: which passes, over which surface, into which pictures.
 
 use crate::engine::RenderRequest;
-use crate::engine::prepared_view::{PreparedView, lights_uniform, uniform, view_uniform};
+use crate::engine::prepared_view::{DrawnAs, PreparedView, lights_uniform, uniform, view_uniform};
 use crate::engine::several::masked;
 use crate::environment_map::{Bound, Environments};
 use crate::gpu::Gpu;
@@ -135,8 +135,9 @@ impl Submission<'_> {
             // Cameras of the graph's own have their pixels where they had them, and see what light is reflected by.
             let is_own = seat == PassCamera::View;
             let shift_px = if is_own { self.shift_px } else { Vec2::ZERO };
-            let how = (computes, self.tints_backs && is_own);
-            let prepared = PreparedView::new(self.gpu, &request, self.clouds, how, shift_px)?;
+            let tints_backs = self.tints_backs && is_own;
+            let drawn_as = DrawnAs { computes, tints_backs, bounds_round: is_own };
+            let prepared = PreparedView::new(self.gpu, &request, self.clouds, drawn_as, shift_px)?;
             let own = &self.request.view;
             let mut view = PassView::new(self.gpu, request, own, prepared, self.clouds, shift_px);
             view.environment = environment.as_ref();

@@ -394,13 +394,16 @@ impl Engine {
         let keeping = &self.keeping;
         let columns = &mut self.columns;
         let drawn = |(number, cloud): (usize, &CloudView<'_>)| {
-            let PartOf { object, is_part } = request.part_of(number);
+            let PartOf { object, is_part, is_merged } = request.part_of(number);
             let merged = request.detail_px > 0.0 && !is_part;
             let drawn = match on_host {
                 true => columns.on_host(&keeping.with(cloud), merged, &|_| true),
                 false => columns.cloud(&keeping.with(cloud), merged, &|_| true),
             };
-            drawn.map(|drawn| DrawnCloud { object, ..drawn })
+            drawn.map(|drawn| {
+                let round_reach = if is_merged { f32::INFINITY } else { drawn.round_reach };
+                DrawnCloud { object, round_reach, ..drawn }
+            })
         };
         let is_drawn = |(number, _): &(usize, _)| !taken.contains(&request.part_of(*number).object);
         let clouds = request.clouds.iter().enumerate().filter(is_drawn).map(drawn);

@@ -57,15 +57,25 @@ fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> DrawnView {
     DrawnView { view, unit }
 }
 
+/// How surfels are drawn that are seen from a place.
+#[derive(Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub(super) struct DrawnAs {
+    /// Whether compute draws the small ones.
+    pub(super) computes: bool,
+    /// Whether those seen from behind have a colour of their own.
+    pub(super) tints_backs: bool,
+    /// Whether near round splats are bounded. Where it is no eye that looks, as for the shadows of a lamp, they hide
+    /// what the eye sees them hide.
+    pub(super) bounds_round: bool,
+}
+
 /// Where surfels are seen from in a frame.
 pub(super) struct PreparedView {
     pub(super) drawn: DrawnView,
     uniform: wgpu::Buffer,
     raster_view: surfelshop_raster::View,
     key: Vec<u8>,
-    /// Whether compute draws the small surfels.
-    computes: bool,
-    tints_backs: bool,
+    drawn_as: DrawnAs,
 }
 
 impl PreparedView {
@@ -73,17 +83,16 @@ impl PreparedView {
         gpu: &Gpu,
         request: &RenderRequest<'_>,
         clouds: &[DrawnCloud],
-        (computes, tints_backs): (bool, bool),
+        drawn_as: DrawnAs,
         shift_px: Vec2,
     ) -> Result<Self, RenderError> {
         let drawn = drawn_view(request, clouds);
         let shown = drawn_uniform(request, &drawn, shift_px);
         Ok(Self {
             uniform: uniform(gpu, "drawn view", &shown.into_bytes()),
-            raster_view: raster_view(request, &drawn, tints_backs, shift_px),
-            key: surface_key(request, clouds, (computes, tints_backs), shift_px)?,
-            computes,
-            tints_backs,
+            raster_view: raster_view(request, &drawn, drawn_as.tints_backs, shift_px),
+            key: surface_key(request, clouds, drawn_as, shift_px)?,
+            drawn_as,
             drawn,
         })
     }
@@ -103,8 +112,9 @@ impl PreparedView {
             unit: self.drawn.unit,
             view: &request.view,
             size: request.view.size_px,
-            computes: self.computes,
-            tints_backs: self.tints_backs,
+            computes: self.drawn_as.computes,
+            tints_backs: self.drawn_as.tints_backs,
+            bounds_round: self.drawn_as.bounds_round,
             key: self.key.clone(),
         }
     }
@@ -254,7 +264,7 @@ fn raster_view(
 fn surface_key(
     request: &RenderRequest<'_>,
     clouds: &[DrawnCloud],
-    how: (bool, bool),
+    drawn_as: DrawnAs,
     shift_px: Vec2,
 ) -> Result<Vec<u8>, RenderError> {
     let clouds: Vec<_> = clouds
@@ -264,7 +274,7 @@ fn surface_key(
         })
         .collect();
     let shift_bits = shift_px.to_array().map(f32::to_bits);
-    let drawn = (request.stride, request.detail_px.to_bits(), how, shift_bits);
+    let drawn = (request.stride, request.detail_px.to_bits(), drawn_as, shift_bits);
     rmp_serde::to_vec(&(&request.view, &request.scene.surface, drawn, clouds))
         .map_err(|error| RenderError::Host(error.to_string()))
 }

@@ -55,6 +55,8 @@ pub struct PartOf {
     pub object: u32,
     /// Whether it is a part of it rather than the whole.
     pub is_part: bool,
+    /// Whether its surfels stand for several: round splats of such a part are as large as they are, however near.
+    pub is_merged: bool,
 }
 
 /// Merged surfels of this radius in pixels are about as many as the pixels that they cover.
@@ -63,7 +65,8 @@ const MOVING_DETAIL_PX: f32 = 1.0;
 impl<'a> RenderRequest<'a> {
     /// What a cloud of the request belongs to.
     pub(crate) fn part_of(&self, cloud: usize) -> PartOf {
-        let own = PartOf { object: u32::try_from(cloud).unwrap_or(u32::MAX), is_part: false };
+        let object = u32::try_from(cloud).unwrap_or(u32::MAX);
+        let own = PartOf { object, is_part: false, is_merged: false };
         self.parts.and_then(|parts| parts.objects.get(cloud).copied()).unwrap_or(own)
     }
 

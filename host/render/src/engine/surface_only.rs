@@ -1,6 +1,6 @@
 //! Surfels alone: a view's surface buffer without a renderer that looks through it, to be timed.
 
-use crate::engine::prepared_view::PreparedView;
+use crate::engine::prepared_view::{DrawnAs, PreparedView};
 use crate::engine::{Engine, RenderRequest};
 use crate::graph::{PassReport, Recorder, RenderError, checked};
 use crate::surfels::{DrawnCloud, SurfaceParts};
@@ -50,8 +50,8 @@ impl Engine {
     ) -> Result<Vec<PassReport>, RenderError> {
         let mut parts = SurfaceParts::default();
         parts.add(SurfaceMode::Blended);
-        let prepared =
-            PreparedView::new(&self.gpu, request, clouds, (computes, false), Vec2::ZERO)?;
+        let drawn_as = DrawnAs { computes, tints_backs: false, bounds_round: true };
+        let prepared = PreparedView::new(&self.gpu, request, clouds, drawn_as, Vec2::ZERO)?;
         let input = prepared.input(request, clouds);
         let mut recorder = Recorder::new(&self.gpu);
         self.surfaces

@@ -28,6 +28,9 @@ pub(crate) struct DrawnCloud {
     pub(crate) max_radius: f32,
     /// The radius of all surfels where they have one: the device is not given a column then.
     pub(crate) equal_radius: Option<f32>,
+    /// The largest radius of its round splats in perspective, in shares of their distance from the eye and times the
+    /// scene's factor on radii; infinity where they are as large as they are. Merged ones are not bounded.
+    pub(crate) round_reach: f32,
     /// Its columns in memory, where the CPU draws it.
     pub(crate) on_host: Option<Arc<surfelshop_raster::Columns>>,
     /// What its places are chosen by, where the device draws merged surfels.

@@ -121,6 +121,8 @@ impl Surface {
 pub(crate) struct SurfaceInput<'a> {
     /// Whether surfels that are seen from behind have a colour of their own.
     pub(crate) tints_backs: bool,
+    /// Whether near round splats are bounded.
+    pub(crate) bounds_round: bool,
     pub(crate) clouds: &'a [DrawnCloud],
     pub(crate) settings: &'a SurfaceSettings,
     /// One surfel of so many is drawn.
@@ -139,6 +141,11 @@ pub(crate) struct SurfaceInput<'a> {
 }
 
 impl SurfaceInput<'_> {
+    /// The largest radius of a cloud's round splats here, as [`DrawnCloud::round_reach`] has it.
+    pub(crate) fn round_reach(&self, cloud: &DrawnCloud) -> f32 {
+        if self.bounds_round { cloud.round_reach } else { f32::INFINITY }
+    }
+
     /// Rigid motion to view space, in units of drawing, for positions relative to an origin.
     pub(crate) fn view_from_offset(&self, origin: DVec3) -> Mat4 {
         let to_drawn = DMat4::from_scale(DVec3::splat(1.0 / self.unit));

@@ -28,8 +28,17 @@ pub const MATERIAL: &str = "material";
 /// plane. Estimated with normals, where some of a cloud is no surface. ABI 3.8.
 pub const PLANARITY: &str = "planarity";
 /// Which surfels are round splats: one `u8`, 0 for discs. Those of other values face the eye, whatever their
-/// normal, which lights them. Not read where there are tangents. ABI 3.8.
+/// normal, which lights them. In perspective they are drawn no larger than [`ROUND_REACH`], unless the first value of
+/// the cloud that is not 0 is [`ROUND_UNBOUNDED`]. Not read where there are tangents. ABI 3.8.
 pub const ROUND: &str = "round";
+/// The first value of [`ROUND`] that is not 0 of a cloud whose round splats are as large as their radius says, however
+/// near the eye is. ABI 3.11.
+pub const ROUND_UNBOUNDED: u8 = 2;
+/// The largest radius that a round splat is drawn with in perspective, in shares of its distance from the eye and times
+/// the scene's factor on radii: 8.5 pixels in the middle of a picture of 800 pixels and 35 degrees from bottom to top.
+/// What is no surface would otherwise hide the view as a ball when the eye comes near: a point says nothing of what
+/// lies between it and its neighbours. ABI 3.11.
+pub const ROUND_REACH: f32 = 1.0 / 150.0;
 
 /// Which surfels are only around the part of a cloud that a tool is given, for it to look at: one `u8`, 0 for the part
 /// itself. What the tool makes of the others is dropped. There where a cloud is worked on part by part, by the tool's

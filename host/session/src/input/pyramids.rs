@@ -412,15 +412,17 @@ impl Clouds {
         for (object, Loaded { cloud, .. }) in (0..).zip(&self.loaded) {
             let Some(pyramid) = self.pyramid_of(cloud) else {
                 drawn.clouds.push(Held::Whole(cloud));
-                drawn.objects.push(PartOf { object, is_part: false });
+                drawn.objects.push(PartOf { object, is_part: false, is_merged: false });
                 continue;
             };
             let at_hand = |node: u32| wait == Wait::ForAll || pyramid.nodes.has(node);
             let cut = pyramid.cut((view, surface), detail_px, at_hand);
             let frame = cloud.object();
-            for part in pyramid.nodes.get(&cut.nodes)? {
+            let nodes = pyramid.nodes.pyramid().nodes();
+            for (part, &node) in pyramid.nodes.get(&cut.nodes)?.into_iter().zip(&cut.nodes) {
                 drawn.clouds.push(Held::Part(part, frame));
-                drawn.objects.push(PartOf { object, is_part: true });
+                let is_merged = !nodes[node as usize].is_leaf();
+                drawn.objects.push(PartOf { object, is_part: true, is_merged });
             }
             drawn.cuts.push((pyramid, cut));
         }

@@ -101,13 +101,14 @@ fn the_surfel_under_the_pointer_is_that_of_the_whole_cloud() {
     let settings = &mut screen.window().settings;
     (settings.color, settings.filters) = (by_height(), vec![above(0.75)]);
     screen.settle();
+    let camera = screen.window().views.camera;
     let shown = screen.window().document.clouds.as_ref().unwrap();
     let displayed = &shown.displayed;
     let whole = &shown.open_clouds.clouds;
     let cloud = &displayed.clouds.loaded[0].cloud;
     for index in [0, cloud.len() / 2, cloud.len() - 1] {
         let point = cloud.world_position(index).unwrap();
-        let nearest = crate::views::nearest_surfel(displayed, point).unwrap();
+        let nearest = crate::views::nearest_surfel(displayed, &camera, point).unwrap();
         let line = crate::views::describe_surfel(displayed, whole, point, nearest);
         let source = displayed.source_index(0, index);
         assert!(source > index || index == 0, "earlier ones are hidden");

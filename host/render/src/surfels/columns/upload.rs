@@ -5,7 +5,7 @@ use crate::surfels::columns::arranging::{ORDERED, STOPPED, counted, numbered};
 use crate::surfels::columns::demand::ColumnDemand;
 use crate::surfels::columns::elements::{
     clip_drawn, clips_of, components_of, drawn_generation, encode_color, field_drawn, fields_of,
-    floats_of, is_color, part_of, round_of,
+    floats_of, is_color, part_of, round_of, round_reach,
 };
 use crate::surfels::columns::order::drawing_order;
 use crate::surfels::columns::patch::PatchSource;
@@ -56,6 +56,7 @@ impl Columns {
             generations: Vec::new(),
             max_radius: 0.0,
             equal_radius: None,
+            round_reach: round_reach(cloud),
             on_host: None,
             merged: None,
         };

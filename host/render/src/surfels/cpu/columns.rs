@@ -7,7 +7,7 @@ use crate::surfels::columns::arranging::{ORDERED, STOPPED, counted};
 use crate::surfels::columns::demand::ColumnDemand;
 use crate::surfels::columns::elements::{
     clip_drawn, clips_of, drawn_generation, encode_color, field_drawn, fields_of, floats_of,
-    is_color, round_of,
+    is_color, round_of, round_reach,
 };
 use crate::surfels::columns::order::drawing_order;
 use crate::surfels::cpu::columns as columns_of;
@@ -208,6 +208,7 @@ impl Columns {
             generations: known.drawn.iter().map(|(_, generation)| *generation).collect(),
             max_radius: known.max_radius,
             equal_radius: None,
+            round_reach: round_reach(cloud),
             on_host: Some(known.columns.clone()),
             merged: None,
         })

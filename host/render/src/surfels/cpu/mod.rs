@@ -108,7 +108,8 @@ fn clouds<'a>(input: &SurfaceInput<'a>) -> Vec<Cloud<'a>> {
     for cloud in input.clouds {
         if let Some(columns) = cloud.on_host.as_deref() {
             let view_from_cloud = input.view_from_offset(cloud.origin);
-            clouds.push(Cloud { columns, view_from_cloud, first, object: cloud.object });
+            let (object, round_reach) = (cloud.object, input.round_reach(cloud));
+            clouds.push(Cloud { columns, view_from_cloud, first, object, round_reach });
         }
         first += cloud.n_surfels;
     }

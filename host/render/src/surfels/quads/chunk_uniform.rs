@@ -15,6 +15,10 @@ pub(super) struct PlacedChunk {
     pub(super) object: u32,
     /// The radius of all its surfels, where they have one.
     pub(super) equal_radius: f32,
+    /// The largest radius of round splats, in shares of their distance and times the scene's factor on radii.
+    pub(super) round_reach: f32,
+    /// How many of its surfels stand before merged ones.
+    pub(super) n_own: u32,
 }
 
 /// The bytes of `Chunk` of `disc.wgsl`.
@@ -24,6 +28,8 @@ pub(super) fn chunk_uniform(
     stride: u32,
     placed: &PlacedChunk,
 ) -> HostUniform {
+    // No infinity for shaders, whose compilers need not know any.
+    let is_bounded = placed.round_reach.is_finite();
     HostUniform::new()
         .mat4("view_from_chunk", placed.view_from_chunk)
         .u32("first", placed.first)
@@ -38,6 +44,11 @@ pub(super) fn chunk_uniform(
         .u32("object", placed.object)
         .vec3("albedo", NEUTRAL_ALBEDO.into())
         .f32("radius", placed.equal_radius)
+        .f32(
+            "round_reach",
+            if is_bounded { placed.round_reach * settings.radius_scale } else { 0.0 },
+        )
+        .u32("n_bounded", if is_bounded { placed.n_own } else { 0 })
 }
 
 #[cfg(test)]
@@ -54,6 +65,8 @@ mod tests {
             count: 2,
             object: 3,
             equal_radius: 4.0,
+            round_reach: 5.0,
+            n_own: 2,
         };
         let source = format!(
             "{DISC}\nvar<storage, read_write> seen: u32;\n\

@@ -30,6 +30,10 @@ struct Chunk {
     albedo: vec3<f32>,
     // The radius of all surfels where they have one, negative where they are round splats.
     radius: f32,
+    // The largest radius in perspective of round splats, in shares of their distance from the eye, and how many of the
+    // chunk's surfels it bounds: those that are not merged ones, or none.
+    round_reach: f32,
+    n_bounded: u32,
 }
 
 var<uniform> chunk: Chunk;
@@ -219,9 +223,12 @@ fn load_disc(i: u32) -> Disc {
 #else
     let size = radius[i];
 #endif
-    let reach = abs(size) * chunk.radius_scale;
     // Radii of round splats are negative: they face the eye, whatever their normal.
     let is_round = size < 0.0;
+    var reach = abs(size) * chunk.radius_scale;
+    if is_round && i < chunk.n_bounded && view::view.orthographic == 0u {
+        reach = min(reach, length(center) * chunk.round_reach);
+    }
     let axis = select(n_view, towards / max(length(towards), 1e-30), is_round);
     // Orthonormal frame around the normal without branches.
     // Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited".

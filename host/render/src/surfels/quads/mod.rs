@@ -64,9 +64,11 @@ impl<'a> Drawing<'a> {
         let mut first_of_cloud = 1;
         for cloud in input.clouds {
             let view_from_chunk = input.view_from_offset(cloud.origin);
+            let round_reach = input.round_reach(cloud);
             let chosen = cloud.merged.as_deref().map(|columns| {
                 let view_from_cloud = view_from_chunk;
-                let cloud = Cloud { columns, view_from_cloud, first: 1, object: cloud.object };
+                let object = cloud.object;
+                let cloud = Cloud { columns, view_from_cloud, first: 1, object, round_reach };
                 places(&cloud, input.raster_view)
             });
             n_drawn += match &chosen {
@@ -81,6 +83,8 @@ impl<'a> Drawing<'a> {
                     count,
                     object: cloud.object,
                     equal_radius: cloud.equal_radius.unwrap_or(0.0),
+                    round_reach,
+                    n_own: cloud.n_surfels.saturating_sub(first).min(count),
                 };
                 let bytes =
                     chunk_uniform(input.settings, input.unit, input.stride, &placed).into_bytes();

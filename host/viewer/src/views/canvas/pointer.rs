@@ -127,7 +127,7 @@ impl Window {
         let shown = self.document.clouds.as_ref();
         let of = shown.and_then(|shown| Some((shown, shown.displayed_of.as_ref()?)));
         let Some((point, (shown, of))) = found.zip(of) else { return (String::new(), found) };
-        let Some((file, index)) = surfel::nearest_of(&shown.displayed, point) else {
+        let Some((file, index)) = surfel::nearest_of(&shown.displayed, camera, point) else {
             return (String::new(), Some(point));
         };
         let text = surfel::describe(&shown.displayed, &of.open_clouds.clouds, point, (file, index));

@@ -2,14 +2,26 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use surfelshop_cloud::Cloud;
+use surfelshop_api::columns::{ROUND, ROUND_REACH, ROUND_UNBOUNDED, TANGENT_U, TANGENT_V};
+use surfelshop_api::{Camera, Projection};
+use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 
-/// The surfel among those that are displayed whose disc holds a point: of which cloud, and its index there.
-pub(crate) fn nearest_of(displayed: &DisplayedClouds, point: DVec3) -> Option<(usize, usize)> {
+/// The surfel among those that are displayed whose disc holds a point that a camera sees: of which cloud, and its index
+/// there.
+pub(crate) fn nearest_of(
+    displayed: &DisplayedClouds,
+    camera: &Camera,
+    point: DVec3,
+) -> Option<(usize, usize)> {
+    let largest_round = match camera.projection {
+        Projection::Perspective { .. } => ROUND_REACH * point.distance(camera.eye) as f32,
+        Projection::Orthographic { .. } => f32::INFINITY,
+    };
     let clouds = displayed.clouds.loaded.iter().enumerate();
-    let all = clouds.filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, point)?)));
+    let all =
+        clouds.filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, largest_round, point)?)));
     let (file, (index, _)) = all.min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1))?;
     Some((file, index))
 }
@@ -56,16 +68,32 @@ fn shortened(number: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// The surfel whose disc is nearest to a point, with the distance in its radii.
-fn nearest(cloud: &Cloud, point: DVec3) -> Option<(usize, f32)> {
+/// Which surfels are round splats, not 0; empty where none is.
+pub(crate) fn round_of(cloud: &Cloud) -> &[u8] {
+    let are_ellipses = [TANGENT_U, TANGENT_V].iter().all(|name| cloud.column(name).is_some());
+    match cloud.column(ROUND).map(Column::values).filter(|_| !are_ellipses) {
+        Some(Buffer::U8(round)) => round,
+        _ => &[],
+    }
+}
+
+/// The surfel whose disc is nearest to a point, with the distance in its radii; round splats are at most so large
+/// there.
+fn nearest(cloud: &Cloud, largest_round: f32, point: DVec3) -> Option<(usize, f32)> {
     let at = (point - cloud.origin()).as_vec3();
+    let round = round_of(cloud);
+    let first = round.iter().find(|&&value| value != 0);
+    let largest_round = if first == Some(&ROUND_UNBOUNDED) { f32::INFINITY } else { largest_round };
     let (normals, radii) = (cloud.normals(), cloud.radii());
     let distance = |i: usize| {
         let offset = at - cloud.positions()[i];
+        let radius = radii.get(i).copied().unwrap_or(1.0).max(f32::MIN_POSITIVE);
+        if round.get(i).is_some_and(|&is_round| is_round != 0) {
+            return offset.length() / radius.min(largest_round).max(f32::MIN_POSITIVE);
+        }
         let normal = normals.get(i).copied().unwrap_or_default();
         let above = offset.dot(normal);
         // Height above a disc counts more than distance along it: the point is on another surface.
-        let radius = radii.get(i).copied().unwrap_or(1.0).max(f32::MIN_POSITIVE);
         (offset.length() + 4.0 * above.abs()) / radius
     };
     (0..cloud.len())
@@ -77,7 +105,6 @@ fn nearest(cloud: &Cloud, point: DVec3) -> Option<(usize, f32)> {
 }
 
 fn color(cloud: &Cloud, index: usize) -> String {
-    use surfelshop_cloud::Buffer;
     let Some(column) = cloud.column(surfelshop_api::columns::COLOR) else { return String::new() };
     let n = column.components() as usize;
     let range = n * index..n * index + 3;
@@ -94,4 +121,36 @@ fn color(cloud: &Cloud, index: usize) -> String {
         _ => None,
     }
     .unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud(round: u8, are_ellipses: bool) -> Cloud {
+        let column = |name, n, values: &[f32]| Column::new(name, n, Buffer::F32(values.to_vec()));
+        let mut columns = vec![
+            column("position", 3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+            column("normal", 3, &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]),
+            column("radius", 1, &[0.25, 4.0]),
+            Column::new(ROUND, 1, Buffer::U8(vec![0, round])),
+        ];
+        if are_ellipses {
+            columns.extend([TANGENT_U, TANGENT_V].map(|name| column(name, 3, &[1.0; 6])));
+        }
+        Cloud::new(DVec3::ZERO, columns).unwrap()
+    }
+
+    #[test]
+    fn near_round_splats_are_taken_as_large_as_they_are_drawn() {
+        // Beside a small disc, a large splat that is drawn as large as 0.1 there.
+        let of = |round: u8, are_ellipses: bool, largest_round: f32| {
+            nearest(&cloud(round, are_ellipses), largest_round, DVec3::X * 0.125).unwrap().0
+        };
+        assert_eq!(of(0, false, 0.1), 1, "a disc");
+        assert_eq!(of(1, false, 0.1), 0, "a round splat");
+        assert_eq!(of(1, false, f32::INFINITY), 1, "one in a parallel projection");
+        assert_eq!(of(ROUND_UNBOUNDED, false, 0.1), 1, "one that is not bounded");
+        assert_eq!(of(1, true, 0.1), 1, "an ellipse");
+    }
 }

@@ -1,5 +1,6 @@
 //! The place under the pointer: the centre of the surfel there, or where the line of sight meets its disc.
 
+use crate::views::canvas::surfel::round_of;
 use crate::views::{navigation, picking};
 use glam::{DVec2, DVec3};
 use surfelshop_api::{Camera, Projection};
@@ -24,6 +25,10 @@ pub(in crate::views) fn place_of(
     let seen = picking::project(camera, center);
     if seen.is_some_and(|seen| seen.position.distance(position) <= NEAR) {
         return center;
+    }
+    // Round splats lie in no plane of their own.
+    if round_of(cloud).get(index).is_some_and(|&is_round| is_round != 0) {
+        return found;
     }
     let normal = cloud.normals().get(index).copied().unwrap_or_default().as_dvec3();
     // Both on the line of sight, which is parallel for some projections.
