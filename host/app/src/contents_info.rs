@@ -158,6 +158,8 @@ pub(crate) fn source_rows(
         let seen = if frame.is_one_view { ", which saw all of them" } else { "" };
         let up = frame.up.name();
         row("up", format!("{up}, by how the points lie before a depth camera{seen}"))?;
+    } else if source.is_on_map {
+        row("up", "z, by coordinates that are places on a map".to_owned())?;
     }
     if source.metres_per_unit > 0.0 {
         row("unit", format!("{} m", source.metres_per_unit))?;

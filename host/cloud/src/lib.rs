@@ -37,7 +37,7 @@ mod tests;
 mod toml_text;
 mod write;
 
-pub use assemble::camera_frame;
+pub use assemble::{camera_frame, lies_on_map};
 pub use cloud::Cloud;
 pub use cloud::buffer::Buffer;
 pub use cloud::changes::changed_rows;

@@ -6,14 +6,18 @@
 //! pictures, as antialiasing takes it, is that of pictures each darkened by its own distances.
 //!
 //! For each pixel: eight others around it, at a radius in pixels. One that is nearer by a step s adds s, others add
-//! nothing; radiance is multiplied by exp(-200 strength mean(s)). A step is the difference of distances over the
-//! height of what is seen at that distance: of logarithms of distances in central projection, of distances in parallel
-//! projection. So it does not depend on the unit of lengths, and both projections of the same view look alike.
-//! Coverage stays as it is, and pixels that show nothing neither darken nor are darkened.
+//! nothing, and none adds more than 0.01; radiance is multiplied by exp(-200 strength mean(s)). A step is the
+//! difference of distances over the height of what is seen at that distance: of logarithms of distances in central
+//! projection, of distances in parallel projection. So it does not depend on the unit of lengths, and both projections
+//! of the same view look alike. Coverage stays as it is, and pixels that show nothing neither darken nor are darkened.
+//!
+//! The most that a step adds is what a surface adds that is seen at ten degrees in a picture 800 pixels high, at 35
+//! degrees in one 200 pixels high: rims before what lies far behind are lines of half to a seventh of the light, and not
+//! of none. Leaves and other clouds of single points are rims everywhere, and would look drawn in ink.
 //!
 //! Source: Boucheny and Ribes 2011, "Eye-Dome Lighting: a non-photorealistic shading technique", Kitware Source 17, one
-//! scale of it; differences of logarithms as Potree takes them. Deviations: steps are shares of the height that is seen,
-//! and what lies behind no surfel is left alone.
+//! scale of it; differences of logarithms as Potree takes them. Deviations: steps are shares of the height that is seen
+//! and have a largest one, and what lies behind no surfel is left alone.
 
 use crate::Image;
 use rayon::prelude::*;
@@ -30,6 +34,9 @@ pub struct EyeDome {
 
 /// Darkening by a step of the height of the picture on all sides, as an exponent, where the strength is 1.
 const DARKENING: f32 = 200.0;
+
+/// The most that a step adds, in heights of the picture.
+const LARGEST_STEP: f32 = 0.01;
 
 /// Neighbours of a pixel.
 const N_NEIGHBOURS: usize = 8;
@@ -54,12 +61,14 @@ impl EyeDome {
         [[a, 0], [d, d], [0, a], [-d, d], [-a, 0], [-d, -d], [0, -a], [d, -d]]
     }
 
-    /// The factor on the sum of steps to the neighbours. Slopes give steps as large as the neighbours are far, which whole
-    /// pixels are not by just the radius: that is made up for.
-    fn exponent(self, offsets: &[[i32; 2]; N_NEIGHBOURS]) -> f32 {
+    /// The factor on the sum of steps to the neighbours, and the largest step. Slopes give steps as large as the
+    /// neighbours are far, which whole pixels are not by just the radius: that is made up for.
+    fn exponent(self, offsets: &[[i32; 2]; N_NEIGHBOURS]) -> (f32, f32) {
         let length = |[x, y]: &[i32; 2]| ((x * x + y * y) as f32).sqrt();
         let mean = offsets.iter().map(length).sum::<f32>() / N_NEIGHBOURS as f32;
-        -DARKENING * self.strength * (self.radius / mean) / N_NEIGHBOURS as f32
+        let made_up = self.radius / mean;
+        let exponent = -DARKENING * self.strength * made_up / N_NEIGHBOURS as f32;
+        (exponent, LARGEST_STEP / made_up)
     }
 
     /// Darkens a picture of radiance (four components) by the distances along the viewing axis that belong to it, of
@@ -76,7 +85,7 @@ impl EyeDome {
             return;
         }
         let offsets = self.offsets();
-        let exponent = self.exponent(&offsets);
+        let (exponent, largest) = self.exponent(&offsets);
         let margin = offsets.iter().map(|[x, _]| x.unsigned_abs() as usize).max().unwrap_or(0);
         let padded = width + 2 * margin;
         let mut heights = vec![f32::INFINITY; padded * height];
@@ -106,7 +115,7 @@ impl EyeDome {
                     let others = &row_of(y as i32 + dy)[from..from + width];
                     for ((sum, own), other) in sums.iter_mut().zip(own).zip(others) {
                         // Of no number where both are nothing, which the maximum passes over.
-                        *sum += (own - other).max(0.0);
+                        *sum += (own - other).max(0.0).min(largest);
                     }
                 }
                 let pixels = pixels.chunks_exact_mut(4).zip(sums.iter()).zip(own);
@@ -201,7 +210,7 @@ mod tests {
         let factor = |x: i32, y: i32| {
             let Some(own) = at(x, y) else { return 1.0 };
             let steps = offsets.iter().filter_map(|[dx, dy]| at(x + dx, y + dy));
-            let sum: f64 = steps.map(|other| (own - other).max(0.0)).sum();
+            let sum: f64 = steps.map(|other| (own - other).clamp(0.0, 0.01 / made_up)).sum();
             (-200.0 * f64::from(how.strength) * made_up * sum / 8.0).exp()
         };
         (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(|(x, y)| factor(x, y)).collect()

@@ -194,7 +194,8 @@ impl Pyramid {
         let cloud = together(&clouds, self.origin(), Missing::LeftOut)
             .map_err(|error| PyramidError::file(&self.path, error.to_string()))?;
         let camera_frame = surfelshop_cloud::camera_frame(&cloud, &self.source);
-        let source = Source { camera_frame, ..self.source.clone() };
+        let is_on_map = surfelshop_cloud::lies_on_map(&cloud, &self.source);
+        let source = Source { camera_frame, is_on_map, ..self.source.clone() };
         Ok(cloud.with_source(source).with_object(self.object()))
     }
 

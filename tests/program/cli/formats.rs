@@ -1,4 +1,4 @@
-//! File formats through the program: which plugins are loaded, what is kept, and what is said of it. Costs 5 s.
+//! File formats through the program: which plugins are loaded, what is kept, and what is said of it. Costs 6 s.
 
 use crate::cli::program::{TestFolder, facing_front, read_png};
 use serde_json::Value;
@@ -186,4 +186,34 @@ fn a_file_of_another_format_than_its_name_is_read_by_its_content() {
     let cloud = desk.run("info out.xyz --json").json()["clouds"][0].clone();
     assert!(cloud["header"]["format"].as_str().unwrap().contains("LAS"), "{cloud}");
     desk.run("info out.xyz --format e57").failed(&["out.xyz"]);
+}
+
+/// A wall on a map stands upright, though its file does not say which axis points up. Costs 1 s.
+#[test]
+fn coordinates_of_a_map_have_z_pointing_up() {
+    let desk = TestFolder::new();
+    let rows = |[east, north]: [f64; 2]| -> String {
+        (0..400)
+            .map(|i| {
+                let (along, up) = (f64::from(i % 40) * 0.5, f64::from(i / 40) * 0.5);
+                format!("{} {} {}\n", east + along, north + 0.3 * along, 73.5 + up)
+            })
+            .collect()
+    };
+    let head = "ply\nformat ascii 1.0\nelement vertex 400\nproperty double x\nproperty double y\n\
+                property double z\nend_header\n";
+    desk.put("map.ply", &format!("{head}{}", rows([596_648.0, 243_620.0])));
+    desk.put("model.ply", &format!("{head}{}", rows([5.0, 3.0])));
+    let told = |name: &str| desk.run(&format!("info {name} --full")).done().stdout;
+    assert!(told("map.ply").contains("z, by coordinates that are places on a map"));
+    assert!(!told("model.ply").contains("places on a map"));
+    let picture = |name: &str, up: &str| {
+        desk.run(&format!("render {name} -o out.png --size 96x64 {up}")).done();
+        read_png(&desk.at("out.png"))
+    };
+    assert!(picture("map.ply", "") == picture("map.ply", "--up z"), "it stands");
+    assert!(picture("map.ply", "") != picture("map.ply", "--up y"));
+    assert!(picture("model.ply", "") == picture("model.ply", "--up y"));
+    desk.run("bake map.ply -t normals -o baked.sfl").done();
+    assert!(picture("baked.sfl", "") == picture("baked.sfl", "--up z"), "what is written says it");
 }

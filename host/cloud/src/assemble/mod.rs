@@ -5,6 +5,7 @@ mod appearance;
 mod camera_frame;
 mod foreign;
 mod gaussians;
+mod map;
 pub(crate) mod memory_estimate;
 mod mesh;
 mod position;
@@ -28,6 +29,7 @@ pub(crate) use appearance::NARROW_COLORS;
 pub use camera_frame::camera_frame;
 pub(crate) use gaussians::TrainedSplats;
 pub(crate) use gaussians::{are_splats, woven as woven_splats};
+pub use map::lies_on_map;
 pub use side_guide::SideGuide;
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
 use vectors::flat;
@@ -78,6 +80,7 @@ pub(crate) fn guided(
         .map_err(ReadFault::memory(table.n_rows))?;
     let placed = position::take(&mut table, &mut summary)?;
     source.camera_frame = camera_frame::before_camera(placed.origin, &placed.positions, &source);
+    source.is_on_map = map::is_on_map(placed.origin, &placed.positions, &source);
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
     let splats = gaussians::take(&mut table, options, &mut summary)?;
     let shape = match &splats {

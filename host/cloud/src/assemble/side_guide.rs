@@ -1,5 +1,6 @@
 //! Which side normals of a part of a cloud face, by a sample of the whole: a part alone does not show what can be seen.
 
+use super::map;
 use super::position::{self, Positions};
 use super::sides::{self, GUESS_LINE};
 use crate::cloud::source::Source;
@@ -70,6 +71,8 @@ impl SideGuide {
         }
         let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(None) };
         let placed = position::placed(bounds.centre(), points.iter().copied());
+        let is_on_map = map::is_on_map(placed.origin, &placed.positions, source);
+        let source = &Source { is_on_map, ..source.clone() };
         let neighbours = Neighbours::build(&placed.positions, &part(progress, 0.0..0.05))?;
         let found =
             normals::estimate_with(&neighbours, options.n_neighbours, &part(progress, 0.05..0.5))?;

@@ -166,8 +166,9 @@ pub(super) fn face_what_is_seen(
     Ok(found.confidence)
 }
 
-/// The direction that is up, where the file says so.
+/// The direction that is up, where the file or how the points lie says so.
 fn up(source: &Source) -> Option<Vec3> {
     let said = source.said_up().map(|axis| axis.direction());
-    said.or(source.grid_up).map(|up| up.as_vec3())
+    let of_map = || source.is_on_map.then_some(DVec3::Z);
+    said.or(source.grid_up).or_else(of_map).map(|up| up.as_vec3())
 }

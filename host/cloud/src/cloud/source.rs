@@ -32,6 +32,9 @@ pub struct Source {
     pub up: UpAxis,
     /// How the points lie before a depth camera at zero, where the file does not say how they stand and they do.
     pub camera_frame: Option<CameraFrame>,
+    /// Whether the points lie as in coordinates of a map, with heights along z, where the file does not say which axis
+    /// points up.
+    pub is_on_map: bool,
     /// Metres of a unit of coordinates; 0 where unknown.
     pub metres_per_unit: f64,
     /// Coordinate reference system as the file has it; may be empty.
@@ -68,6 +71,7 @@ impl Source {
         Self {
             up: up.unwrap_or_default(),
             camera_frame: None,
+            is_on_map: false,
             metres_per_unit: metres
                 .find(|metres| metres.is_finite() && *metres > 0.0)
                 .unwrap_or(0.0),
@@ -90,6 +94,19 @@ impl Source {
             UpAxis::Y => Some(Axis::PlusY),
             UpAxis::Z => Some(Axis::PlusZ),
         }
+    }
+
+    /// The axis that points up by how the points lie, where that tells.
+    #[must_use]
+    pub fn guessed_up(&self) -> Option<Axis> {
+        let of_camera = self.camera_frame.map(|frame| frame.up);
+        of_camera.or_else(|| self.is_on_map.then_some(Axis::PlusZ))
+    }
+
+    /// The axis that points up for files that are written: that which the file said, and heights of a map.
+    #[must_use]
+    pub fn up_to_write(&self) -> UpAxis {
+        if self.up == UpAxis::Unknown && self.is_on_map { UpAxis::Z } else { self.up }
     }
 
     /// Metres of a unit of coordinates, above 0, where the file says so.

@@ -103,7 +103,7 @@ fn part(cloud: &Cloud, scan: Option<(usize, Vec<u32>)>) -> Part {
         step: source.step,
         pose,
         scanner: facts.and_then(|scan| scan.scanner).map(|place| pose.back(place)),
-        up: source.up,
+        up: source.up_to_write(),
         metres_per_unit: source.metres_per_unit,
         coordinate_system: source.coordinate_system.clone(),
         time: source.time.clone(),

@@ -58,7 +58,7 @@ pub(super) fn of_cloud(cloud: &Cloud) -> Vec<String> {
     comments(&CloudHeader {
         name: only.map(|scan| scan.name.clone()).unwrap_or_default(),
         scanner: only.and_then(|scan| scan.scanner),
-        up: source.up,
+        up: source.up_to_write(),
         metres_per_unit: source.metres_per_unit,
         coordinate_system: source.coordinate_system.clone(),
         time: source.time.clone(),

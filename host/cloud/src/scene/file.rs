@@ -42,7 +42,7 @@ pub struct SceneFile {
     pub eye_dome: EyeDomeLighting,
     /// How surfels become a surface.
     pub surface: Keyed<SurfaceSettings>,
-    /// The axis that points upwards; `None` where the scene does not say, and it is y.
+    /// The axis that points upwards; `None` where the scene does not say, and its clouds decide.
     pub up: Option<Axis>,
     /// What colours surfels.
     pub color: Keyed<ColorSource>,

@@ -217,7 +217,7 @@ pub struct PrintArguments {
 /// The axis that points upwards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum UpAxis {
-    /// As the files say, and y where they do not.
+    /// As the files say or their points lie, and y where neither tells.
     #[default]
     Auto,
     /// As in modelling programs and in this one.
@@ -249,7 +249,7 @@ impl UpAxis {
             if said.is_none() || one == Some(Axis::PlusZ) {
                 said = one.or(said);
             }
-            guessed = guessed.or(source.camera_frame.map(|frame| frame.up));
+            guessed = guessed.or_else(|| source.guessed_up());
         }
         said.or(guessed).unwrap_or_default().into()
     }
