@@ -9,6 +9,7 @@ use crate::plugins::Plugins;
 use crate::preferences::{PreferenceFile, Preferences};
 use crate::render_thread::RenderThread;
 use crate::theme;
+use crate::views::hands::HandMode;
 use crate::views::messages::Messages;
 use crate::views::pane::Side;
 use crate::views::{Render, Views, camera_in, initial_camera, navigation};
@@ -242,7 +243,12 @@ impl Window {
         ];
         let found = open.into_iter().find(|open| **open);
         let closes = found.is_some_and(|open| std::mem::replace(open, false));
-        closes || self.plugins.tools.open.take().is_some() || self.let_go()
+        if closes {
+            return true;
+        }
+        // The tool's window is away while its pairs are clicked, and comes back.
+        let is_shown = self.views.hands.mode != HandMode::Pairs;
+        is_shown && self.plugins.tools.open.take().is_some() || self.let_go()
     }
 
     /// Writes the settings of the window where they have changed.

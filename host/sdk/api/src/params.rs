@@ -74,6 +74,13 @@ pub struct ParamDecl {
     pub logarithmic: bool,
 }
 
+/// Unit of a text that holds pairs of places of two clouds, with semicolons between: `0 0 0 1 0 0; 0 1 0 1 1 0`. The window
+/// lets them be clicked. ABI 3.11.
+pub const PLACE_PAIRS: &str = "x y z x y z";
+/// Unit of a text that holds pairs of a place and of where it is in the picture that the unit's first parameter of a file names,
+/// shares from its left and top: `0 0 0 0 1; 1 0 0 1 1`. The window lets them be clicked. ABI 3.11.
+pub const PICTURE_PAIRS: &str = "x y z u v";
+
 impl Default for ParamDecl {
     fn default() -> Self {
         Self {

@@ -1,6 +1,7 @@
 //! Widgets for declared parameters.
 
 use super::row::{Row, Scale, slider};
+use crate::views::hands::can_be_picked;
 use eframe::egui::{self, Role, Ui, WidgetInfo};
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 
@@ -9,6 +10,26 @@ use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 ///
 /// Returns the parameter whose file is to be chosen in a dialog.
 pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> Option<ParamDecl> {
+    show_all(ui, declared, values, false)
+}
+
+/// Shows every parameter of a tool, as [`show`] does.
+///
+/// Returns the parameter whose file is to be chosen, or whose pairs are to be clicked.
+pub(crate) fn show_of_tool(
+    ui: &mut Ui,
+    declared: &[ParamDecl],
+    values: &mut Values,
+) -> Option<ParamDecl> {
+    show_all(ui, declared, values, true)
+}
+
+fn show_all(
+    ui: &mut Ui,
+    declared: &[ParamDecl],
+    values: &mut Values,
+    is_of_tool: bool,
+) -> Option<ParamDecl> {
     if declared.is_empty() {
         ui.weak("no parameters");
         return None;
@@ -23,6 +44,11 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
             (ParamKind::File { .. }, Value::Text(path)) => {
                 let (response, chooses) = edit_path(ui, &parameter.id, path);
                 chosen = chooses.then(|| parameter.clone()).or(chosen.take());
+                response.labelled_by(label)
+            }
+            (ParamKind::Text, Value::Text(text)) if is_of_tool && can_be_picked(parameter) => {
+                let (response, picks) = edit_pairs(ui, text);
+                chosen = picks.then(|| parameter.clone()).or(chosen.take());
                 response.labelled_by(label)
             }
             _ => edit(ui, label, parameter, &mut value),
@@ -82,6 +108,18 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
         let choose = ui.button("…");
         choose.widget_info(|| WidgetInfo::labeled(Role::Button, true, "choose a file"));
         (response, choose.on_hover_text("choose a file").clicked())
+    })
+    .inner
+}
+
+/// A text field for pairs of places, and whether the button beside it was clicked.
+fn edit_pairs(ui: &mut Ui, text: &mut String) -> (egui::Response, bool) {
+    ui.horizontal(|ui| {
+        let line = egui::TextEdit::singleline(text).hint_text("none");
+        let response = ui.add(line.desired_width((ui.available_width() - 60.0).max(60.0)));
+        let pick = ui.button("pick").on_hover_text("pick them in the picture");
+        pick.widget_info(|| WidgetInfo::labeled(Role::Button, true, "pick pairs in the picture"));
+        (response, pick.clicked())
     })
     .inner
 }

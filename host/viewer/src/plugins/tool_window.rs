@@ -4,6 +4,7 @@ use super::unit_loader::Readiness;
 use crate::dialogs::{ParameterOwner, files};
 use crate::panels::parameters;
 use crate::theme::space;
+use crate::views::hands::{HandMode, can_be_picked};
 use crate::window::Window;
 use eframe::egui::{self, Context, Ui};
 use surfelshop_api::UnitKind;
@@ -52,6 +53,10 @@ fn entries(window: &mut Window, ui: &mut Ui, names: &[String]) {
 /// The window of the open tool.
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let Some(name) = window.plugins.tools.open.clone() else { return };
+    if window.views.hands.mode == HandMode::Pairs {
+        // It would be in the way of clicks.
+        return;
+    }
     let (title, summary) = title_and_summary(window, &name)
         .unwrap_or_else(|| (name.clone(), "no longer installed".into()));
     let mut open = true;
@@ -93,9 +98,15 @@ fn form(window: &mut Window, ui: &mut Ui, name: &str) {
     let running = window.plugins.tools.running().map(|(n, p, stops)| (n.to_owned(), p, stops));
     ui.add_enabled_ui(running.is_none(), |ui| {
         let values = window.plugins.tools.values.entry(name.to_owned()).or_default();
-        if let Some(parameter) = parameters::show(ui, &declared, values) {
-            let owner = ParameterOwner::Tool(name.to_owned());
-            files::open_for_parameter(window, ui.ctx(), owner, &parameter);
+        match parameters::show_of_tool(ui, &declared, values) {
+            Some(parameter) if can_be_picked(&parameter) => {
+                window.pick_pairs(ui.ctx(), name, &parameter.id, &declared);
+            }
+            Some(parameter) => {
+                let owner = ParameterOwner::Tool(name.to_owned());
+                files::open_for_parameter(window, ui.ctx(), owner, &parameter);
+            }
+            None => {}
         }
         choose_cloud(window, ui);
     });

@@ -1,12 +1,18 @@
 //! Measures: clicked, drawn, undone, copied and saved with the scene; and surfels that are hidden.
 
-use super::{Screen, built_plugins};
+use super::tools::items;
+use super::{SAMPLE, Screen, built_plugins};
+use crate::ViewerArguments;
 use crate::commands::{self, find};
 use crate::panels::Selection;
 use crate::views::hands::HandMode;
-use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, vec2};
+use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2, vec2};
 use egui_kittest::kittest::Queryable as _;
+use glam::DVec3;
+use surfelshop_api::params::Value;
+use surfelshop_cloud::Transform;
 use surfelshop_cloud::scene::{Measure, MeasureKind, read};
+use surfelshop_session::options::{DeviceArguments, UpAxis};
 
 /// In the picture, in the middle of the sample.
 const MIDDLE: Pos2 = eframe::egui::pos2(450.0, 380.0);
@@ -249,4 +255,161 @@ fn hidden_surfels_stay_in_the_cloud_and_are_in_the_scene() {
     let mut again = Screen::open(&[scene.to_str().unwrap()]);
     assert_eq!(shown(&mut again), whole);
     assert!(again.window().messages.contains("what was hidden is shown"));
+}
+
+/// A window over files with the tools of Pointshop3D, and the window of one of them open.
+fn with_tool(files: &[&str], tool: &str) -> Screen {
+    let mut plugins = built_plugins();
+    let library =
+        plugins.plugin[0].to_string_lossy().replace("surfelshop_flat", "surfelshop_pointshop");
+    plugins.plugin.push(library.into());
+    let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
+        in_place: false,
+        colors: Default::default(),
+        files: files.iter().map(Into::into).collect(),
+        up: UpAxis::Y,
+        plugins,
+        device: DeviceArguments::default(),
+    });
+    let window = screen.window();
+    (window.preferences.panels, window.preferences.properties) = (false, false);
+    window.plugins.tools.open = Some(tool.to_owned());
+    screen.frames();
+    screen.settle();
+    screen.until_label("pick pairs in the picture");
+    screen
+}
+
+fn value(screen: &mut Screen, tool: &str, id: &str) -> String {
+    match screen.window().plugins.tools.values.get(tool).and_then(|values| values.get(id)) {
+        Some(Value::Text(text)) => text.clone(),
+        _ => String::new(),
+    }
+}
+
+/// Invariant: a picture is laid on the surface by clicks on both
+#[test]
+fn pairs_with_a_picture_are_clicked() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("red.png");
+    image::RgbaImage::from_pixel(40, 20, image::Rgba([255, 0, 0, 255])).save(&picture).unwrap();
+    let mut screen = with_tool(&[SAMPLE], "texture");
+    // Without a picture there is nothing to click in.
+    screen.harness.get_by_label("pick pairs in the picture").click();
+    screen.frames();
+    assert_eq!(screen.window().views.hands.mode, HandMode::Camera);
+    assert!(screen.window().messages.contains("choose the picture first"));
+    let values = screen.window().plugins.tools.values.entry("texture".to_owned()).or_default();
+    values.insert("image".to_owned(), Value::Text(picture.display().to_string()));
+    screen.harness.get_by_label("pick pairs in the picture").click();
+    screen.frames();
+    assert_eq!(screen.window().views.hands.mode, HandMode::Pairs);
+    screen.until_label("the picture");
+    assert_eq!(screen.harness.query_all_by_label("run").count(), 0, "the tool's window is away");
+    let rect = screen.harness.get_by_label("the picture").rect();
+    assert!((rect.width() / rect.height() - 2.0).abs() < 0.05, "{rect}");
+    let mut places = Vec::new();
+    for (offset, share) in [(-30.0, 0.25), (30.0, 0.75)] {
+        let at = MIDDLE + vec2(offset, -30.0);
+        click(&mut screen, at, Modifiers::NONE);
+        places.push(screen.window().views.measuring.pointer.unwrap());
+        click(&mut screen, rect.lerp_inside(vec2(share, 0.5)), Modifiers::NONE);
+    }
+    let text = value(&mut screen, "texture", "pairs");
+    let rows: Vec<Vec<f64>> = text
+        .split(';')
+        .map(|row| row.split_whitespace().map(|word| word.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(rows.len(), 2, "{text}");
+    for (row, (place, u)) in rows.iter().zip(places.iter().zip([0.25, 0.75])) {
+        assert!(place.distance(DVec3::from_slice(&row[..3])) < 1e-6, "{text} {place}");
+        assert!((row[3] - u).abs() < 0.02 && (row[4] - 0.5).abs() < 0.03, "{text}");
+    }
+    // The picture may come first; what is begun is taken back before what is done.
+    click(&mut screen, rect.center(), Modifiers::NONE);
+    screen.harness.hover_at(MIDDLE);
+    screen.harness.key_press(Key::Backspace);
+    screen.frames();
+    assert_eq!(value(&mut screen, "texture", "pairs"), text);
+    click(&mut screen, rect.center(), Modifiers::NONE);
+    click(&mut screen, MIDDLE + vec2(0.0, 30.0), Modifiers::NONE);
+    assert_eq!(value(&mut screen, "texture", "pairs").split(';').count(), 3);
+    screen.harness.key_press(Key::Backspace);
+    screen.frames();
+    assert_eq!(value(&mut screen, "texture", "pairs"), text);
+    screen.harness.get_by_label("done").click();
+    screen.frames();
+    assert_eq!(screen.window().views.hands.mode, HandMode::Camera);
+    let before = items(screen.window())[0].loaded.cloud.clone();
+    screen.harness.get_by_label("run").click();
+    screen.until("the picture on the surface", |window| items(window)[0].is_unsaved());
+    let after = items(screen.window())[0].loaded.cloud.clone();
+    let color = |cloud: &surfelshop_cloud::Cloud| cloud.column("color").unwrap().generation();
+    assert_ne!(color(&before), color(&after));
+}
+
+/// Where one of the visible clouds is seen, beside the small window and above messages.
+fn place_on(screen: &mut Screen, cloud: usize) -> Pos2 {
+    let mut places = (0..12).flat_map(|y| (0..30).map(move |x| (x, y)));
+    let found = places.find_map(|(x, y)| {
+        let at = pos2(340.0 + 18.0 * x as f32, 250.0 + 25.0 * y as f32);
+        // Over the small window nothing is looked for.
+        let views = &mut screen.window().views;
+        (views.pointer_position, views.pointer_cloud) = (None, None);
+        screen.harness.hover_at(at);
+        screen.frames();
+        (screen.window().views.pointer_cloud == Some(cloud)).then_some(at)
+    });
+    found.unwrap_or_else(|| panic!("cloud {cloud} is not seen"))
+}
+
+/// Invariant: pairs of two clouds are a place of the tool's own and then one of another
+#[test]
+fn pairs_of_two_clouds_are_clicked_in_their_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = folder.path().join("other.ply");
+    let sample = surfelshop_cloud::read(SAMPLE, &Default::default()).unwrap().cloud;
+    let places = || sample.positions().iter();
+    let width = |of: fn(f32, f32) -> f32| places().map(|place| place.x).reduce(of).unwrap();
+    let size = 1.2 * f64::from(width(f32::max) - width(f32::min));
+    let aside = Transform { translation: DVec3::X * size, ..Transform::default() };
+    let moved = sample.transformed(&aside).unwrap();
+    surfelshop_cloud::write(&other, &moved, &Default::default()).unwrap();
+    let mut screen = with_tool(&[SAMPLE, other.to_str().unwrap()], "register");
+    screen.harness.get_by_label("pick pairs in the picture").click();
+    screen.frames();
+    assert_eq!(value(&mut screen, "register", "start"), "pairs", "what they are for");
+    let [own, others] = [0, 1].map(|cloud| place_on(&mut screen, cloud));
+    click(&mut screen, others, Modifiers::NONE);
+    assert!(screen.window().messages.contains("click on sample.ply first"));
+    click(&mut screen, own, Modifiers::NONE);
+    click(&mut screen, own, Modifiers::NONE);
+    assert!(screen.window().messages.contains("click the same place on another cloud"));
+    click(&mut screen, others, Modifiers::NONE);
+    let text = value(&mut screen, "register", "pairs");
+    let numbers: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
+    assert_eq!(numbers.len(), 6, "{text}");
+    assert!(numbers[0] < 0.5 * size && numbers[3] > 0.5 * size, "{text}");
+    // Escape leaves what is begun, and then the clicking; the pairs stay.
+    click(&mut screen, own, Modifiers::NONE);
+    for mode in [HandMode::Pairs, HandMode::Camera] {
+        screen.harness.key_press(Key::Escape);
+        screen.frames();
+        assert_eq!(screen.window().views.hands.mode, mode);
+    }
+    assert_eq!(value(&mut screen, "register", "pairs"), text);
+    // What was typed and is no pair is left out by the next one.
+    let values = screen.window().plugins.tools.values.get_mut("register").unwrap();
+    values.insert("pairs".to_owned(), Value::Text("left of the door".to_owned()));
+    screen.harness.get_by_label("pick pairs in the picture").click();
+    screen.frames();
+    screen.harness.get_by_label_contains("no list of pairs");
+    for at in [own, others] {
+        click(&mut screen, at, Modifiers::NONE);
+    }
+    assert_eq!(value(&mut screen, "register", "pairs"), text);
+    screen.harness.get_by_label("remove pair 1").click();
+    screen.frames();
+    assert_eq!(value(&mut screen, "register", "pairs"), "");
 }

@@ -45,6 +45,8 @@ pub(crate) struct Views {
     pub(crate) pointer_position: Option<DVec3>,
     /// What lies at [`Views::pointer_position`], in one line.
     pub(crate) pointer_text: String,
+    /// Of which of the visible clouds it is.
+    pub(crate) pointer_cloud: Option<usize>,
 }
 
 impl Views {
@@ -65,6 +67,7 @@ impl Views {
             anchor_depth: None,
             pointer_position: None,
             pointer_text: String::new(),
+            pointer_cloud: None,
         }
     }
 }

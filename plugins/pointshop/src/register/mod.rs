@@ -44,6 +44,7 @@ use crate::search::Search;
 use crate::surfels::{Surfels, finite, median, spacings};
 use crate::transform::Placement;
 use surfelshop_api::glam::{DMat3, DQuat, DVec3};
+use surfelshop_api::params::PLACE_PAIRS;
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::hashing::scattered;
 use surfelshop_geometry::{Bounds, eigen};
@@ -71,7 +72,7 @@ params! {
         /// (centres), the main axes too (axes), or typed places on each other (pairs).
         start: Start { default: Start::Place },
         /// Places of the cloud and of the other one that are the same, three or more: `x y z x y z; x y z x y z`.
-        pairs: String { default: String::new() },
+        pairs: String { default: String::new(), unit: PLACE_PAIRS },
         /// Share of the surfels that have a counterpart.
         overlap: f64 { default: 0.8, range: 0.1..=1.0 },
         /// Most rounds of each of three steps.

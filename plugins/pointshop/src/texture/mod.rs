@@ -44,6 +44,7 @@ use patch::Patch;
 use picture::Picture;
 use surfelshop_api::columns::{COLOR, Element, NEUTRAL_ALBEDO, Values};
 use surfelshop_api::glam::{DMat2, DVec2, DVec3, Vec3};
+use surfelshop_api::params::PICTURE_PAIRS;
 use surfelshop_api::prelude::*;
 use surfelshop_api::tool::NewColumn;
 
@@ -53,7 +54,7 @@ params! {
         /// The picture: PNG or JPEG.
         image: FilePath { default: FilePath::default(), endings: &["png", "jpg", "jpeg"] },
         /// Places and where of the picture they are, from its left and top: `x y z u v; x y z u v`.
-        pairs: String { default: String::new() },
+        pairs: String { default: String::new(), unit: PICTURE_PAIRS },
         /// How much of the colour the picture covers.
         opacity: f32 { default: 1.0, range: 0.0..=1.0 },
         /// How far from the places the surface is looked at, scene units; 0: as far as the picture reaches.

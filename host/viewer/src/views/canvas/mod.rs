@@ -147,6 +147,7 @@ impl Panes<'_> {
         if is_free {
             self.mouse(ui, &response, id, size, (over, is_taken));
             measuring::over_picture(self.window, ui, &response, id, &rects);
+            hands::click_pairs(self.window, ui, &response, id);
         }
         let focused = self.window.views.focused == id && self.window.settings.panes.len() > 1;
         if focused {

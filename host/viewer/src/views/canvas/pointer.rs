@@ -100,8 +100,10 @@ impl Panes<'_> {
         // The search visits every surfel, so only for another point.
         if self.window.views.pointer_position != found {
             self.window.views.pointer_position = found;
-            (self.window.views.pointer_text, self.window.views.measuring.pointer) =
-                self.window.surfel_at(&before, position, found);
+            let (text, place, cloud) = self.window.surfel_at(&before, position, found);
+            let views = &mut self.window.views;
+            (views.pointer_text, views.measuring.pointer) = (text, place);
+            views.pointer_cloud = cloud;
         }
     }
 
@@ -117,18 +119,19 @@ impl Panes<'_> {
 }
 
 impl Window {
-    /// What is said of the surfel at a place that is seen at a position of a picture, and its exact place.
+    /// What is said of the surfel at a place that is seen at a position of a picture, its exact place, and of which of the
+    /// visible clouds it is.
     fn surfel_at(
         &self,
         camera: &surfelshop_api::Camera,
         position: DVec2,
         found: Option<DVec3>,
-    ) -> (String, Option<DVec3>) {
+    ) -> (String, Option<DVec3>, Option<usize>) {
         let shown = self.document.clouds.as_ref();
         let of = shown.and_then(|shown| Some((shown, shown.displayed_of.as_ref()?)));
-        let Some((point, (shown, of))) = found.zip(of) else { return (String::new(), found) };
+        let Some((point, (shown, of))) = found.zip(of) else { return (String::new(), found, None) };
         let Some((file, index)) = surfel::nearest_of(&shown.displayed, camera, point) else {
-            return (String::new(), Some(point));
+            return (String::new(), Some(point), None);
         };
         let text = surfel::describe(&shown.displayed, &of.open_clouds.clouds, point, (file, index));
         let cloud = &shown.displayed.clouds.loaded[file].cloud;
@@ -137,7 +140,7 @@ impl Window {
             Some(_) => point,
             None => measuring::place_of(camera, position, point, (cloud, index)),
         };
-        (text, Some(place))
+        (text, Some(place), Some(file))
     }
 }
 

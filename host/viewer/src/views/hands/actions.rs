@@ -1,5 +1,6 @@
 //! What the window asks of hands: what they do, and what is selected.
 
+use super::pairs::Pairing;
 use super::state::HandMode;
 use crate::window::Window;
 use std::sync::Arc;
@@ -99,6 +100,13 @@ impl Window {
     pub(crate) fn let_go(&mut self) -> bool {
         if !self.views.measuring.places.is_empty() {
             self.views.measuring.places.clear();
+            return true;
+        }
+        let pairing = &mut self.views.hands.pairing;
+        if self.views.hands.mode == HandMode::Pairs {
+            if !pairing.as_mut().is_some_and(Pairing::forget_place) {
+                (*pairing, self.views.hands.mode) = (None, HandMode::Camera);
+            }
             return true;
         }
         if let Some(gesture) = self.views.hands.gesture.take() {

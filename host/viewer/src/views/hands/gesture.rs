@@ -38,7 +38,10 @@ pub(in crate::views) fn over_picture(
     rects: &[Rect],
 ) -> bool {
     window.advance_stroke(ui.ctx());
-    let moves_camera = matches!(window.views.hands.mode, HandMode::Camera | HandMode::Measure(_));
+    let moves_camera = matches!(
+        window.views.hands.mode,
+        HandMode::Camera | HandMode::Measure(_) | HandMode::Pairs
+    );
     if moves_camera || window.document.complete_clouds().is_none() {
         return false;
     }

@@ -1,6 +1,7 @@
 //! What a hand does, in a small window over the pictures: how large it is, what else is selected, and the parameters of
 //! a tool.
 
+use super::pairs::{self, can_be_picked};
 use super::state::HandMode;
 use crate::commands::{find, icon_button};
 use crate::dialogs::{ParameterOwner, files};
@@ -27,6 +28,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context, pictures: Rect) {
             title_and_summary(window, name).map_or_else(|| name.clone(), |(title, _)| title)
         }
         HandMode::Measure(_) => "Measure".to_owned(),
+        HandMode::Pairs => pairs_title(window),
         _ => "Select".to_owned(),
     };
     let mut open = true;
@@ -42,12 +44,20 @@ pub(crate) fn show(window: &mut Window, ctx: &Context, pictures: Rect) {
             match &mode {
                 HandMode::Tool(name) => tool(window, ui, name),
                 HandMode::Measure(kind) => measuring::show_options(window, ui, *kind),
+                HandMode::Pairs => pairs::show_options(window, ui),
                 _ => select(window, ui),
             }
         });
     if !open {
         window.views.hands.mode = HandMode::Camera;
     }
+}
+
+/// The tool that pairs are clicked for.
+fn pairs_title(window: &Window) -> String {
+    let tool = window.views.hands.pairing.as_ref().map(|pairing| pairing.tool.as_str());
+    let title = tool.and_then(|tool| title_and_summary(window, tool));
+    title.map_or_else(|| "Pairs".to_owned(), |(title, _)| format!("{title}: pairs"))
 }
 
 fn radius(window: &mut Window, ui: &mut Ui) {
@@ -141,7 +151,10 @@ fn tool(window: &mut Window, ui: &mut Ui, name: &str) {
     }
     ui.separator();
     let values = window.plugins.tools.values.entry(name.to_owned()).or_default();
-    if let Some(parameter) = parameters::show(ui, &declared, values) {
+    if let Some(parameter) = parameters::show_of_tool(ui, &declared, values) {
+        if can_be_picked(&parameter) {
+            return window.pick_pairs(ui.ctx(), name, &parameter.id, &declared);
+        }
         let owner = ParameterOwner::Tool(name.to_owned());
         files::open_for_parameter(window, ui.ctx(), owner, &parameter);
     }

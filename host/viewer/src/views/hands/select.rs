@@ -16,7 +16,11 @@ impl Window {
         match self.views.hands.mode.clone() {
             HandMode::Brush => self.select_along(),
             HandMode::Tool(name) => self.lead_tool(ctx, &name, false),
-            HandMode::Camera | HandMode::Rectangle | HandMode::Lasso | HandMode::Measure(_) => {}
+            HandMode::Camera
+            | HandMode::Rectangle
+            | HandMode::Lasso
+            | HandMode::Measure(_)
+            | HandMode::Pairs => {}
         }
         ctx.request_repaint();
     }
@@ -24,7 +28,7 @@ impl Window {
     /// Does what a gesture meant.
     pub(super) fn end_gesture(&mut self, ctx: &Context, gesture: Gesture) {
         match self.views.hands.mode.clone() {
-            HandMode::Camera | HandMode::Measure(_) => {}
+            HandMode::Camera | HandMode::Measure(_) | HandMode::Pairs => {}
             HandMode::Brush => {
                 self.views.hands.gesture = Some(gesture);
                 self.select_along();

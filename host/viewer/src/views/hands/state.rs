@@ -1,5 +1,6 @@
 //! What a hand does, and what is selected.
 
+use super::pairs::Pairing;
 use super::place::Picture;
 use super::stroke_run::StrokeRun;
 use crate::views::measuring;
@@ -30,6 +31,8 @@ pub(crate) enum HandMode {
     Tool(String),
     /// It moves the camera, and clicks measure.
     Measure(MeasureKind),
+    /// It moves the camera, and clicks add places to pairs.
+    Pairs,
 }
 
 impl HandMode {
@@ -49,6 +52,9 @@ pub(crate) fn hint(mode: &HandMode) -> Option<&'static str> {
     Some(match mode {
         HandMode::Camera => return None,
         HandMode::Measure(kind) => measuring::hint(*kind),
+        HandMode::Pairs => {
+            "Click places that belong together; Backspace takes the last one back, Escape ends; drags move the camera"
+        }
         HandMode::Rectangle => {
             "Drag a rectangle to select, Shift adds, Ctrl removes; middle drag to turn, Escape ends"
         }
@@ -97,6 +103,8 @@ pub(crate) struct Hands {
     pub(crate) value: (String, f64),
     pub(super) gesture: Option<Gesture>,
     pub(super) stroke: Option<StrokeRun>,
+    /// The pairs that are clicked.
+    pub(crate) pairing: Option<Pairing>,
     /// What was done last, in a few words.
     pub(crate) said: String,
     /// What is selected of clouds, by the generation of their places; the last ones.
@@ -114,6 +122,7 @@ impl Default for Hands {
             value: ("class".to_owned(), 1.0),
             gesture: None,
             stroke: None,
+            pairing: None,
             said: String::new(),
             selections: Vec::new(),
         }

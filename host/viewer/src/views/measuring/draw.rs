@@ -2,7 +2,7 @@
 
 use crate::panels::Selection;
 use crate::theme::{ON_OVERLAY, OVERLAY};
-use crate::views::hands::HandMode;
+use crate::views::hands::{HandMode, pair_figures};
 use crate::views::picking::{project, project_line};
 use crate::window::Window;
 use eframe::egui::{
@@ -56,6 +56,7 @@ pub(in crate::views) fn show(window: &Window, ui: &Ui, pane: u32, pictures: &[(u
             (Figure::of(measure, up), label, selection == Selection::Measure(i))
         })
         .collect();
+    let pairs = pair_figures(window);
     let unfinished = unfinished(window).map(|measure| {
         let label = units.label(&measure, up, &[]);
         (Figure::of(&measure, up), label)
@@ -71,13 +72,16 @@ pub(in crate::views) fn show(window: &Window, ui: &Ui, pane: u32, pictures: &[(u
             let look = Look { color: ink(), width: if *is_selected { 3.0 } else { 2.0 } };
             canvas.figure(figure, look);
         }
+        for (figure, _) in &pairs {
+            canvas.figure(figure, Look { color: Color32::WHITE, width: 2.0 });
+        }
         if let Some((figure, _)) = &unfinished {
             canvas.figure(figure, Look { color: Color32::WHITE, width: 2.0 });
         }
         for (figure, label, is_selected) in &shown {
             canvas.label(figure, label, *is_selected);
         }
-        if let Some((figure, label)) = &unfinished {
+        for (figure, label) in pairs.iter().chain(&unfinished) {
             canvas.label(figure, label, false);
         }
     }
