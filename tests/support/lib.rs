@@ -10,6 +10,7 @@ pub mod materials;
 pub mod measure;
 pub mod natural_light;
 pub mod occlusion;
+pub mod octree;
 pub mod precision;
 pub mod procedural;
 pub mod recording_host;

@@ -24,7 +24,8 @@ pub enum ColorBits {
 
 impl ColorBits {
     /// Whether colours are taken as those of 8 bits, of which `most` is the largest value.
-    pub(crate) fn are_eight(self, most: u16) -> bool {
+    #[must_use]
+    pub fn are_eight(self, most: u16) -> bool {
         match self {
             Self::Told => (1..=u16::from(u8::MAX)).contains(&most),
             Self::Eight => true,

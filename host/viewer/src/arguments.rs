@@ -17,8 +17,8 @@ pub struct ViewerArguments {
     /// Memory that an open pyramid takes at most, such as 500MB or 4GB [default: half of what is free].
     #[arg(long, value_name = "SIZE", value_parser = values::memory)]
     pub memory: Option<u64>,
-    /// Read files whose points lie in an octree (COPC) in place, node by node, and never as a whole. Without it that is
-    /// done where memory would not hold them.
+    /// Read files whose points lie in an octree (COPC, Potree) in place, node by node, and never as a whole. Without it
+    /// that is done where memory would not hold them.
     #[arg(long)]
     pub in_place: bool,
     /// What colours surfels, and which are shown.

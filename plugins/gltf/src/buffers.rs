@@ -12,6 +12,8 @@ enum Place {
     /// In the binary chunk, from this byte of the file on.
     File(u64),
     Memory(Vec<u8>),
+    /// In a file beside the scene.
+    Beside(FileSource),
     /// Elsewhere: why it cannot be read.
     Nowhere(String),
 }
@@ -62,12 +64,21 @@ impl Buffers {
         for (number, buffer) in root.buffers.iter_mut().enumerate() {
             let length = buffer.byte_length.0;
             let (place, found) = match (buffer.uri.take(), &binary) {
-                (Some(uri), _) => match decoded(&uri)? {
-                    Ok(bytes) => {
-                        let found = bytes.len() as u64;
-                        (Place::Memory(bytes), found)
-                    }
-                    Err(line) => (Place::Nowhere(line), 0),
+                (Some(uri), _) => match uri.strip_prefix("data:") {
+                    Some(data) => match decoded(data)? {
+                        Ok(bytes) => {
+                            let found = bytes.len() as u64;
+                            (Place::Memory(bytes), found)
+                        }
+                        Err(line) => (Place::Nowhere(line), 0),
+                    },
+                    None => match beside(file, &uri) {
+                        Ok(file) => {
+                            let found = file.length();
+                            (Place::Beside(file), found)
+                        }
+                        Err(line) => (Place::Nowhere(line), 0),
+                    },
                 },
                 (None, Some(binary)) if number == 0 => {
                     (Place::File(binary.start), binary.end - binary.start)
@@ -137,6 +148,7 @@ impl Buffers {
     /// Where the system refuses.
     pub(crate) fn read(&self, span: &Span, out: &mut [u8]) -> Result<()> {
         match self.buffers.get(span.buffer).map(|buffer| &buffer.place) {
+            Some(Place::Beside(file)) => file.read_exact_at(span.range.start, out),
             Some(Place::File(start)) => self.file.read_exact_at(start + span.range.start, out),
             Some(Place::Memory(bytes)) => {
                 let start = usize::try_from(span.range.start)?;
@@ -149,15 +161,38 @@ impl Buffers {
     }
 }
 
-/// The bytes of a `data:` URI, or why there are none.
-fn decoded(uri: &str) -> Result<Result<Vec<u8>, String>> {
-    let Some(data) = uri.strip_prefix("data:") else {
-        let name: String = uri.chars().take(60).collect();
-        return Ok(Err(format!(
-            "a buffer is in the file `{}`, which a format cannot open; convert the scene to .glb, which holds everything",
+/// The file that a relative URI names, or why it cannot be read.
+fn beside(file: &FileSource, uri: &str) -> Result<FileSource, String> {
+    let name = unescaped(uri.strip_prefix("./").unwrap_or(uri));
+    file.beside(&name).map_err(|_none| {
+        let name: String = name.chars().take(60).collect();
+        format!(
+            "expected a buffer in the file `{}` in the folder of the scene, with a name that ends in .bin or .glbin, \
+             found none; put it there, or convert the scene to .glb, which holds everything",
             name.escape_debug()
-        )));
-    };
+        )
+    })
+}
+
+/// A text with the bytes that `%` and two digits stand for.
+fn unescaped(text: &str) -> String {
+    let (mut bytes, mut rest) = (Vec::with_capacity(text.len()), text.as_bytes());
+    while let Some((&first, after)) = rest.split_first() {
+        let digits = after.get(..2).filter(|digits| digits.iter().all(u8::is_ascii_hexdigit));
+        let digits = digits.and_then(|digits| std::str::from_utf8(digits).ok());
+        let byte = digits.and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        let (byte, left) = match (first, byte) {
+            (b'%', Some(byte)) => (byte, &after[2..]),
+            _ => (first, after),
+        };
+        bytes.push(byte);
+        rest = left;
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// The bytes of a `data:` URI after its scheme, or why there are none.
+fn decoded(data: &str) -> Result<Result<Vec<u8>, String>> {
     let Some((_, text)) = data.split_once(',').filter(|(kind, _)| kind.ends_with(";base64")) else {
         return Ok(Err("a buffer is no `data:` URI of base64".to_owned()));
     };

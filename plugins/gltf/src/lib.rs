@@ -4,7 +4,7 @@
 //! |-----------|--------|-----------|-----------------------------------------------------------------|
 //! | `colors`  | choice | `encoded` | what whole numbers in `COLOR_0` are: sRGB (`encoded`) or `linear` |
 //!
-//! Reads .glb, and .gltf whose buffers are `data:` URIs. All points, triangles, strips and fans of the scene
+//! Reads .glb, and .gltf whose buffers are `data:` URIs or files of the same folder (`.bin`, `.glbin`). All points, triangles, strips and fans of the scene
 //! become one cloud in world coordinates, each mesh as often as nodes show it; without a scene, every mesh once.
 //! Of several scenes it is the one that the file names, or the first.
 //!
@@ -27,8 +27,8 @@
 //! Those that `KHR_gaussian_splatting_compression_spz_2` packs, a draft, are unpacked; those of other such extensions
 //! are refused.
 //!
-//! Not read: textures, lines, skins, morph targets, animations; buffers in other files, which a format cannot
-//! open; meshes that Draco or meshopt compressed.
+//! Not read: textures, lines, skins, morph targets, animations; buffers in other folders; meshes that Draco or
+//! meshopt compressed.
 //!
 //! Source: Khronos Group, "glTF 2.0 Specification" and `KHR_gaussian_splatting`.
 
@@ -82,7 +82,12 @@ impl Format for Gltf {
         "glTF",
         "Reads points, triangles and Gaussian splats of scenes (.glb, .gltf).",
     );
-    const FILES: FileTypes = FileTypes::new().ending("glb").ending("gltf").magic(0, b"glTF");
+    const FILES: FileTypes = FileTypes::new()
+        .ending("glb")
+        .ending("gltf")
+        .magic(0, b"glTF")
+        .beside("*.bin")
+        .beside("*.glbin");
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {

@@ -5,7 +5,6 @@ use crate::layout::Layout;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use surfelshop_api::format::{BATCH, CloudSink};
-use surfelshop_api::job::RANGE;
 use surfelshop_api::{Error, Job, Result};
 
 /// Bytes that decoded columns take at once.
@@ -74,7 +73,7 @@ impl<'a> Points<'a, '_> {
         let parts: Vec<_> = (0..n_parts).map(|_| Mutex::new(self.part())).collect();
         for (round, sizes) in sizes.chunks(n_parts).enumerate() {
             let share = self.share(sizes.iter().sum());
-            each(self.job, sizes.len(), share, |i| {
+            self.job.each_piece(sizes.len(), share, |i| {
                 let mut part = parts[i].lock().unwrap_or_else(PoisonError::into_inner);
                 part.columns.clear();
                 part.result = decode(round * n_parts + i, &mut part);
@@ -135,21 +134,6 @@ impl<'a> Points<'a, '_> {
         }
         Ok(())
     }
-}
-
-/// Does `count` pieces of work that take long each, on any threads.
-pub(crate) fn each(
-    job: &Job<'_>,
-    count: usize,
-    share: Range<f64>,
-    work: impl Fn(usize) + Sync,
-) -> Result<()> {
-    // Ranges have up to `RANGE` items: so many stand for one piece of work.
-    job.each_range(count * RANGE, share, |range| {
-        for i in range.filter(|i| i % RANGE == 0) {
-            work(i / RANGE);
-        }
-    })
 }
 
 /// Divides so many points into parts of a batch each; the last may have fewer.

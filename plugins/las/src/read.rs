@@ -43,6 +43,8 @@ pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>)
     if let (Some(_), Body::Compressed(..), Some(copc)) = (&wanted, &body, &records.copc) {
         let with_nodes = wanted.as_ref().is_none_or(Vec::is_empty);
         cloud.tree = Some(hierarchy::tree(file, copc, with_nodes, header.n_points)?);
+        // The nodes say how many points there are, which no command has all of at once.
+        cloud.rows = None;
     }
     for warning in &warnings {
         clouds.warn(warning);

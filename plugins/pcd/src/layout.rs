@@ -1,9 +1,9 @@
 //! Which columns the fields of a file become.
 
 use crate::header::{Field, Kind, shown};
-use crate::names::{Names, meaning};
+use crate::names::meaning;
 use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION};
-use surfelshop_api::format::{CloudSink, FileColumn, GPS_TIME, SCAN_ANGLE};
+use surfelshop_api::format::{CloudSink, ColumnNames, FileColumn, GPS_TIME, SCAN_ANGLE};
 use surfelshop_api::prelude::{Error, Result};
 
 /// Most components of a column.
@@ -87,7 +87,7 @@ impl Layout {
     pub(crate) fn new(fields: &[Field], clouds: &CloudSink<'_>) -> Result<Self> {
         let mut found = Self::default();
         let mut left = Fields { fields, taken: fields.iter().map(Field::is_padding).collect() };
-        let mut names = Names::default();
+        let mut names = ColumnNames::default();
         let places = left.places(["x", "y", "z"]).ok_or_else(|| {
             let known: Vec<&str> =
                 fields.iter().map(|field| field.name.as_str()).take(20).collect();
@@ -123,17 +123,17 @@ impl Layout {
         left: &mut Fields<'_>,
         places: &[usize; 3],
         otherwise: Element,
-        names: &mut Names,
+        names: &mut ColumnNames,
     ) {
         let same = left.common(places);
         let floats = same.filter(|same| matches!(same, Element::F32 | Element::F64));
         let element = floats.unwrap_or(otherwise);
         left.take(places);
-        let name = names.column(name, 3, element);
+        let name = names.add(name, 3, element);
         self.push(name, 3, element, Origin::Fields(places.to_vec()));
     }
 
-    fn color(&mut self, left: &mut Fields<'_>, names: &mut Names) {
+    fn color(&mut self, left: &mut Fields<'_>, names: &mut ColumnNames) {
         let four = |place: &usize| left.fields[*place].size == 4;
         let packed = |name: &str| left.places([name]).map(|[place]| place).filter(four);
         let channels = left.places(["red", "green", "blue"]);
@@ -149,12 +149,12 @@ impl Layout {
             return;
         };
         left.take(&places);
-        let name = names.column(COLOR, components, element);
+        let name = names.add(COLOR, components as u32, element);
         self.push(name, components, element, origin);
     }
 
     /// A field as a column of its own.
-    fn own(&mut self, fields: &[Field], place: usize, names: &mut Names) {
+    fn own(&mut self, fields: &[Field], place: usize, names: &mut ColumnNames) {
         let field = &fields[place];
         let shown_name = shown(&field.name);
         let Some(own) = element(field).filter(|_| field.count <= MAX_COMPONENTS) else {
@@ -175,7 +175,7 @@ impl Layout {
             Some(GPS_TIME) => Element::F64,
             _ => own,
         };
-        let name = names.column(known.unwrap_or(&field.name), field.count, element);
+        let name = names.add(known.unwrap_or(&field.name), field.count as u32, element);
         self.push(name, field.count, element, Origin::Fields(vec![place]));
     }
 }

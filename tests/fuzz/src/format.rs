@@ -14,8 +14,8 @@ use surfelshop_runtime::plugins::{Origin, Place, Registry, SearchPath, Timeouts,
 const FOLDER: &str = "SURFELSHOP_FUZZ_PLUGINS";
 
 /// The libraries that have formats.
-const LIBRARIES: [&str; 8] =
-    ["e57", "gaussian_splatting", "gltf", "las", "pcd", "sfl", "stl", "text"];
+const LIBRARIES: [&str; 9] =
+    ["e57", "gaussian_splatting", "gltf", "las", "pcd", "potree", "sfl", "stl", "text"];
 
 static FORMATS: LazyLock<PluginFormats> = LazyLock::new(|| {
     let places = LIBRARIES.iter().map(|name| {
@@ -55,6 +55,7 @@ const E57: Target = target("org.surfelshop.e57/e57", "e57", true);
 const GLTF: Target = target("org.surfelshop.gltf/gltf", "glb", false);
 const LAS: Target = target("org.surfelshop.las/las", "laz", true);
 const PCD: Target = target("org.surfelshop.pcd/pcd", "pcd", true);
+const POTREE: Target = target("org.surfelshop.potree/potree", "metadata.json", false);
 const PTS: Target = target("org.surfelshop.text/pts", "pts", true);
 const PTX: Target = target("org.surfelshop.text/ptx", "ptx", true);
 const SFL: Target = target("org.surfelshop.sfl/sfl", "sfl", true);
@@ -89,17 +90,19 @@ impl Target {
     /// Looks at a file and reads it. What is read can be written and read again, by the format itself where it
     /// writes.
     fn run(&self, bytes: &[u8]) {
+        with_file(bytes, self.ending, |path| self.run_file(path));
+    }
+
+    fn run_file(&self, path: &Path) {
         let refused = |error: ReadError| assert_of_file(&error.fault.to_string());
-        with_file(bytes, self.ending, |path| {
-            self.run_in_place(path);
-            let looked = inspect(path, &self.options()).map_err(refused);
-            let Ok(loaded) = read(path, &self.options()).map_err(refused) else { return };
-            loaded.summary.warnings.iter().for_each(|line| assert!(!line.contains('\n'), "{line}"));
-            assert!(looked.is_ok(), "it is read, and cannot be looked at");
-            if self.written && !loaded.cloud.is_empty() {
-                self.write_again(path, &loaded.cloud);
-            }
-        });
+        self.run_in_place(path);
+        let looked = inspect(path, &self.options()).map_err(refused);
+        let Ok(loaded) = read(path, &self.options()).map_err(refused) else { return };
+        loaded.summary.warnings.iter().for_each(|line| assert!(!line.contains('\n'), "{line}"));
+        assert!(looked.is_ok(), "it is read, and cannot be looked at");
+        if self.written && !loaded.cloud.is_empty() {
+            self.write_again(path, &loaded.cloud);
+        }
     }
 
     /// Reads cells of a file whose points lie in an octree.
@@ -153,6 +156,30 @@ pub fn e57(bytes: &[u8]) {
     if repaired != bytes {
         E57.run(&repaired);
     }
+}
+
+/// Between the files of a Potree octree that are one input.
+const NEXT_FILE: &[u8] = b"\n-- next file --\n";
+
+/// Takes the bytes as the three files of a Potree octree, with a line between them.
+///
+/// # Panics
+/// Where it finds what must not be: that is a finding.
+pub fn potree(bytes: &[u8]) {
+    let end = |bytes: &[u8]| bytes.windows(NEXT_FILE.len()).position(|line| line == NEXT_FILE);
+    let part = |bytes: &[u8]| match end(bytes) {
+        Some(end) => (bytes[..end].to_vec(), bytes[end + NEXT_FILE.len()..].to_vec()),
+        None => (bytes.to_vec(), Vec::new()),
+    };
+    let (metadata, rest) = part(bytes);
+    let (hierarchy, octree) = part(&rest);
+    with_file(&metadata, POTREE.ending, |path| {
+        for (name, bytes) in [("hierarchy.bin", hierarchy), ("octree.bin", octree)] {
+            let written = std::fs::write(path.with_file_name(name), bytes);
+            written.unwrap_or_else(|error| panic!("no file: {error}"));
+        }
+        POTREE.run_file(path);
+    });
 }
 
 /// Bytes of a page and, behind it, of its checksum.

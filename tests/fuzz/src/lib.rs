@@ -20,7 +20,9 @@ mod scene;
 mod shader;
 
 pub use cloud::{cloud, probe};
-pub use format::{compressed_ply, e57, gltf, las, pcd, pts, ptx, sfl, sog, splat, spz, stl, xyz};
+pub use format::{
+    compressed_ply, e57, gltf, las, pcd, potree, pts, ptx, sfl, sog, splat, spz, stl, xyz,
+};
 pub use graph::graph;
 pub use manifest::manifest;
 pub use module::module;
@@ -38,7 +40,7 @@ pub const MOST_BYTES: usize = 512 << 20;
 pub type Target = fn(&[u8]);
 
 /// The targets by the names of their folders in `corpus`.
-pub const TARGETS: [(&str, Target); 22] = [
+pub const TARGETS: [(&str, Target); 23] = [
     ("cloud", cloud),
     ("compressed-ply", compressed_ply),
     ("e57", e57),
@@ -49,6 +51,7 @@ pub const TARGETS: [(&str, Target); 22] = [
     ("module", module),
     ("parameters", parameters),
     ("pcd", pcd),
+    ("potree", potree),
     ("probe", probe),
     ("pts", pts),
     ("ptx", ptx),
@@ -64,12 +67,13 @@ pub const TARGETS: [(&str, Target); 22] = [
 ];
 
 /// The targets whose work is done by plugins, with an allocator of their own.
-pub const FORMATS: [&str; 13] = [
+pub const FORMATS: [&str; 14] = [
     "compressed-ply",
     "e57",
     "gltf",
     "las",
     "pcd",
+    "potree",
     "pts",
     "ptx",
     "sfl",

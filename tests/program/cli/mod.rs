@@ -13,6 +13,7 @@ mod measuring;
 mod messages;
 mod pictures;
 mod plugins;
+mod potree;
 mod program;
 mod pyramid_tools;
 mod pyramids;

@@ -4,6 +4,7 @@
 
 use crate::third_party::c::cc;
 use crate::third_party::project::{folder, graph, request, root, surfelshop};
+use glam::DVec3;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -15,6 +16,7 @@ use surfelshop_runtime::isolate::use_program;
 use surfelshop_runtime::plugins::{
     LoadedUnit, Origin, Place, Registry, SearchPath, Timeouts, Trust,
 };
+use surfelshop_tests::octree::write_octree;
 use surfelshop_tests::stage::build_folder;
 
 /// The package of `rim.c`, and of `astray.c`.
@@ -188,6 +190,20 @@ fn tools_formats_and_tracers_make_the_same_bytes_isolated() {
         });
         assert!(back[0] == back[1], "what was read differs");
     }
+}
+
+/// Invariant: files beside the one that is read cross into processes of their own. Cost: a second.
+#[test]
+fn files_beside_one_are_read_isolated() {
+    let points: Vec<DVec3> =
+        (0..600).map(|i| DVec3::new(f64::from(i % 30), f64::from(i / 30), 0.0)).collect();
+    let octree = write_octree(&folder("isolated-town"), &points);
+    let read = [&[][..], &["--isolate", "org.surfelshop.potree"]].map(|words| {
+        let back = folder("isolated-town.ply");
+        done(&surfelshop(&[&["convert", text(&octree), text(&back)], words].concat()));
+        fs::read(back).unwrap()
+    });
+    assert!(read[0].len() > 10_000 && read[0] == read[1], "what was read differs");
 }
 
 /// What is to be isolated and is not there is refused, and what is remembered is isolated at the next start: a crash is a

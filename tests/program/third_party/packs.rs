@@ -1,9 +1,11 @@
 //! Packed plugins, and formats that are read through modules.
 
 use crate::third_party::project::{folder, root, surfelshop};
+use glam::DVec3;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use surfelshop_tests::octree::write_octree;
 use surfelshop_tests::stage::build_folder;
 
 fn text(path: &Path) -> &str {
@@ -162,4 +164,14 @@ fn modules_of_formats_agree_with_libraries() {
     )
     .unwrap();
     both(&|_, _| gltf.clone(), "gltf");
+    // With files beside them.
+    let scene = fs::read_to_string(&gltf).unwrap();
+    let data = format!("data:application/octet-stream;base64,{points}");
+    assert!(scene.contains(&data));
+    fs::write(&gltf, scene.replace(&data, "one.bin")).unwrap();
+    fs::write(folder("one.bin"), [[0; 12], [0, 0, 128, 63, 0, 0, 0, 0, 0, 0, 0, 0]].concat())
+        .unwrap();
+    both(&|_, _| gltf.clone(), "gltf");
+    let octree = write_octree(&folder("town"), &[DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0)]);
+    both(&|_, _| octree.clone(), "json");
 }

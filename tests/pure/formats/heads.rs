@@ -77,6 +77,10 @@ impl Formats for Counted {
         formats().takes_grids(id)
     }
 
+    fn beside(&self, id: &str) -> Vec<String> {
+        formats().beside(id)
+    }
+
     fn endings(&self, written: bool) -> Vec<String> {
         formats().endings(written)
     }

@@ -11,8 +11,8 @@ use surfelshop_tests::stage::build_folder;
 use tempfile::TempDir;
 
 /// The libraries of this project that have formats.
-const LIBRARIES: [&str; 8] =
-    ["e57", "gaussian_splatting", "gltf", "las", "pcd", "sfl", "stl", "text"];
+const LIBRARIES: [&str; 9] =
+    ["e57", "gaussian_splatting", "gltf", "las", "pcd", "potree", "sfl", "stl", "text"];
 
 /// How long the fixture's formats may be silent.
 pub(crate) const SILENCE: Duration = Duration::from_secs(1);

@@ -10,7 +10,7 @@ use std::process::Command;
 const TARGET: &str = "wasm32-unknown-unknown";
 
 /// Plugins that hold formats alone: a module takes the place of the whole library.
-const FORMATS: [&str; 7] = ["e57", "gltf", "las", "pcd", "sfl", "stl", "text"];
+const FORMATS: [&str; 8] = ["e57", "gltf", "las", "pcd", "potree", "sfl", "stl", "text"];
 
 /// The host calls the functions of the module's table, and adds its own to it.
 const FLAGS: &str = "-Clink-arg=--export-table -Clink-arg=--growable-table";

@@ -142,12 +142,21 @@ fn preview(entry: &Entry) -> Option<PathBuf> {
 
 /// The endings of a format's files, and whether it writes them: `.las, .laz; read and written`.
 fn files(files: &Recognition) -> String {
-    let endings = files.endings.iter().map(|ending| format!(".{ending}")).collect::<Vec<_>>();
+    let ending = |ending: &String| match ending.contains('.') {
+        // Which may be the whole name of a file.
+        true => ending.clone(),
+        false => format!(".{ending}"),
+    };
+    let endings = files.endings.iter().map(ending).collect::<Vec<_>>();
     let endings = if endings.is_empty() { "of any name".to_owned() } else { endings.join(", ") };
     let written = if files.written { "read and written" } else { "read" };
     let several = if files.several { ", scans apart" } else { "" };
     let grids = if files.grid { ", grids" } else { "" };
-    format!("{endings}; {written}{several}{grids}")
+    let beside = match files.beside.is_empty() {
+        true => String::new(),
+        false => format!("; opens {} beside it", files.beside.join(", ")),
+    };
+    format!("{endings}; {written}{several}{grids}{beside}")
 }
 
 #[cfg(test)]
@@ -166,5 +175,11 @@ mod tests {
         las.grid = true;
         assert_eq!(files(&las), ".las, .laz; read and written, scans apart, grids");
         assert_eq!(files(&Recognition::default()), "of any name; read");
+        let potree = Recognition {
+            endings: vec!["metadata.json".to_owned()],
+            beside: vec!["hierarchy.bin".to_owned(), "*.bin".to_owned()],
+            ..Recognition::default()
+        };
+        assert_eq!(files(&potree), "metadata.json; read; opens hierarchy.bin, *.bin beside it");
     }
 }

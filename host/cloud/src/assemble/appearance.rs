@@ -46,8 +46,13 @@ fn color(table: &mut Table, bits: ColorBits, summary: &mut Summary) -> Option<Co
 /// leave them unscaled. Black stays as it is.
 fn eight_bits(wide: &[u16], bits: ColorBits) -> Option<Vec<u8>> {
     let most = wide.iter().copied().max().unwrap_or(0);
-    let narrow = |value: &u16| u8::try_from(*value).unwrap_or(u8::MAX);
-    bits.are_eight(most).then(|| wide.iter().map(narrow).collect())
+    bits.are_eight(most).then(|| narrowed(wide))
+}
+
+/// Values of 16 bits as those of 8; larger ones are taken as 255.
+#[must_use]
+pub fn narrowed(wide: &[u16]) -> Vec<u8> {
+    wide.iter().map(|&value| u8::try_from(value).unwrap_or(u8::MAX)).collect()
 }
 
 /// Colours that the file has as the cloud will have them, and how many channels they have.

@@ -26,6 +26,7 @@ use crate::options::ReadOptions;
 use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
 pub(crate) use appearance::NARROW_COLORS;
+pub use appearance::narrowed;
 pub use camera_frame::camera_frame;
 pub(crate) use gaussians::TrainedSplats;
 pub(crate) use gaussians::{are_splats, woven as woven_splats};

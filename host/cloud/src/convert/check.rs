@@ -201,7 +201,7 @@ pub(super) fn colors_are_narrow(
 }
 
 /// Takes 16-bit colours for the 8-bit ones that they hold.
-pub(super) fn narrow_colors(header: &mut CloudHeader) {
+pub fn narrow_colors(header: &mut CloudHeader) {
     for column in header.columns.iter_mut().filter(|column| column.name == COLOR) {
         if column.element == Element::U16 {
             column.element = Element::U8;

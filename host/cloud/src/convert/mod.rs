@@ -33,7 +33,8 @@ use surfelshop_geometry::{part, silent};
 use target::Types;
 use transfer::{TransferSink, transfer};
 
-pub use crate::assemble::SideGuide;
+pub use crate::assemble::{SideGuide, narrowed};
+pub use check::narrow_colors;
 pub use collect::{Collected, Collection, assembled};
 pub use nodes::{nodes_of, tree_of};
 pub use select::{CropBox, Selection};

@@ -79,7 +79,7 @@ pub fn return_to_folder() {
 }
 
 /// A name as it was meant when the program was started.
-fn absolute(path: &Path) -> PathBuf {
+pub(crate) fn absolute(path: &Path) -> PathBuf {
     match FOLDER.get() {
         Some(folder) => folder.join(path),
         None => path.to_owned(),

@@ -2,6 +2,7 @@
 //! over batches, which become one. PLY is written here, all others by plugins.
 
 pub(crate) mod batches;
+pub(crate) mod beside;
 mod body;
 pub(crate) mod facts;
 pub(crate) mod lent_table;

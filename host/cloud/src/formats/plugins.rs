@@ -39,6 +39,11 @@ pub trait Formats: Sync {
         false
     }
 
+    /// Which files a format reads that lie beside the one it is asked to read: names, or `*` with what they end with.
+    fn beside(&self, _id: &str) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Endings of the formats, `written` of those that write: for messages and dialogs.
     fn endings(&self, written: bool) -> Vec<String>;
 

@@ -71,6 +71,9 @@ impl FileHost for SystemFile {
         if offset >= self.length {
             return Ok(0);
         }
-        read_at(&self.file, offset, buffer)
+        // No more than it had when it was opened, should it have grown.
+        let left = usize::try_from(self.length - offset).unwrap_or(usize::MAX);
+        let len = buffer.len().min(left);
+        read_at(&self.file, offset, &mut buffer[..len])
     }
 }

@@ -6,6 +6,7 @@ use crate::assemble;
 use crate::cloud::source::Source;
 use crate::error::{ReadError, ReadFault, quoted};
 use crate::files;
+use crate::formats::beside::with_files_beside;
 use crate::formats::lent_table::LentTable;
 use crate::formats::plugins::FormatCall;
 use crate::formats::positioned::SystemFile;
@@ -17,7 +18,7 @@ use crate::table::Table;
 use preview::Previews;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::format::FileHost;
@@ -117,12 +118,17 @@ const PACKED_PLY: &str = "splats.compressed.ply";
 
 /// Opens a file and finds out what format it has.
 pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile, ReadFault> {
+    // Plugins at work may take the program to another folder.
+    let path = &files::absolute(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     if let Some(archive) = unpacked::open(path)?
         && let Some(id) = options.formats.by_bytes(archive.head())
     {
         return Ok(SourceFile::Plugin { id, file: Arc::new(archive), name });
     }
+    let in_folder = index_in(path, options);
+    let path = in_folder.as_deref().unwrap_or(path);
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     // Counts are checked against the length, which a pipe or a device does not have.
     let (file, metadata) = files::open(path)?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
@@ -137,10 +143,10 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
         return Err(ReadFault::Pyramid);
     }
     let length = metadata.len();
-    let of_plugin = |id: String, reader: BufReader<File>| SourceFile::Plugin {
-        id,
-        file: Arc::new(SystemFile::new(reader.into_inner(), length)),
-        name: name.clone(),
+    let of_plugin = |id: String, reader: BufReader<File>| {
+        let file = SystemFile::new(reader.into_inner(), length);
+        let file = with_files_beside(path, file, options.formats.beside(&id));
+        SourceFile::Plugin { id, file, name: name.clone() }
     };
     match options.format {
         Some("ply") => return Ok(SourceFile::Ply(Box::new(ply::File::open(reader, length)?))),
@@ -173,6 +179,16 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
     }
     let found = quoted(&head[..head.len().min(MAGIC)]);
     Err(ReadFault::UnknownFormat { known: known(&options.formats.endings(false)), found })
+}
+
+/// The file of a folder that a format knows by its whole name, such as `metadata.json`: the folder is named for it.
+fn index_in(path: &Path, options: &ReadOptions<'_>) -> Option<PathBuf> {
+    if !path.is_dir() {
+        return None;
+    }
+    let endings = options.formats.endings(false).into_iter();
+    let mut names = endings.filter(|ending| ending.contains('.')).map(|name| path.join(name));
+    names.find(|path| path.is_file())
 }
 
 /// All formats by their endings, for messages: `PLY, OBJ or OFF`.

@@ -5,15 +5,19 @@
 //! lie in its cell. A node with children has all eight of them: those that the file does not have are cells in which
 //! the points of the nodes above are all that there are.
 
+mod colors;
+
 use crate::error::PyramidError;
 use crate::layout::{Directory, NodeRecord};
 use glam::{DVec3, UVec3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
-use surfelshop_api::columns::{Element, NORMAL, POSITION, RADIUS};
+use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION, RADIUS};
 use surfelshop_api::format::{CloudHeader, FileColumn, PointNode, PointTree};
-use surfelshop_cloud::convert::{ConvertError, SideGuide, assembled, nodes_of, tree_of};
+use surfelshop_cloud::convert::{
+    ConvertError, SideGuide, assembled, narrow_colors, narrowed, nodes_of, tree_of,
+};
 use surfelshop_cloud::{Buffer, Cloud, Column, ReadOptions, Source, memory};
 use surfelshop_geometry::hashing::scattered;
 
@@ -52,6 +56,8 @@ pub(crate) struct PointFile {
     drawn: Vec<Drawn>,
     header: CloudHeader,
     source: Source,
+    /// Whether colours of 16 bits hold values of 8.
+    has_narrow_colors: bool,
     /// The sides of normals that are estimated, found when the first node is read.
     guide: OnceLock<Option<SideGuide>>,
 }
@@ -85,7 +91,14 @@ impl PointFile {
         let records = records(&tree, &drawn, &children);
         let is_box = |bounds: &[DVec3; 2]| bounds.iter().all(|corner| corner.is_finite());
         let [low, high] = header.bounds.filter(is_box).unwrap_or([tree.low, tree.low + tree.side]);
-        let mut columns = header.columns.clone();
+        let has_narrow_colors = colors::are_narrow(path, &*reader, &header, &tree);
+        let mut notes = vec!["read in place: what is missing is estimated node by node".to_owned()];
+        let mut drawn_header = header.clone();
+        if has_narrow_colors {
+            narrow_colors(&mut drawn_header);
+            notes.push("the 16-bit colours hold 8-bit values and are drawn as such".to_owned());
+        }
+        let mut columns = drawn_header.columns;
         for column in columns.iter_mut().filter(|column| column.name == POSITION) {
             column.element = Element::F32;
         }
@@ -103,10 +116,11 @@ impl PointFile {
             bounds: [low, high],
             largest_radius: tree.spacing as f32,
             source: (&source).into(),
-            notes: vec!["read in place: what is missing is estimated node by node".to_owned()],
+            notes,
         };
         let guide = OnceLock::new();
-        Ok(Some((Self { read: reader, tree, drawn, header, source, guide }, directory, records)))
+        let file = Self { read: reader, tree, drawn, header, source, has_narrow_colors, guide };
+        Ok(Some((file, directory, records)))
     }
 
     /// What says the sides of normals, which a node alone does not show; `None` where the file says them itself, or
@@ -119,15 +133,7 @@ impl PointFile {
 
     /// The sides that can be seen, by the coarsest nodes; `None` where they cannot be read, which the nodes say themselves.
     fn seen(&self, path: &Path) -> Option<SideGuide> {
-        let mut nodes = self.tree.nodes.clone();
-        nodes.sort_by_key(|node| node.level);
-        let mut points = 0;
-        let coarsest = nodes.iter().take_while(|node| {
-            let is_wanted = points < GUIDING;
-            points += node.points;
-            is_wanted
-        });
-        let wanted: Vec<PointNode> = coarsest.copied().collect();
+        let wanted = coarsest(&self.tree, GUIDING);
         let (header, columns) =
             read_with(&*self.read, |read| nodes_of(path, &wanted, read)).ok()?;
         let positions = columns.get(header.column(POSITION)?.0)?;
@@ -189,11 +195,21 @@ impl PointFile {
         }
         let gathered = header.columns.iter().zip(&columns);
         let gathered = gathered.map(|(column, values)| {
-            values.gather(column.components as usize, &rows).map_err(|out| fault(out.to_string()))
+            let values = values.gather(column.components as usize, &rows);
+            let values = values.map_err(|out| fault(out.to_string()))?;
+            match values {
+                Buffer::U16(wide) if self.has_narrow_colors && column.name == COLOR => {
+                    Ok(Buffer::U8(narrowed(&wide)))
+                }
+                values => Ok(values),
+            }
         });
-        let gathered = gathered.collect::<Result<Vec<Buffer>, _>>()?;
+        let gathered = gathered.collect::<Result<Vec<Buffer>, PyramidError>>()?;
         drop(columns);
-        let header = CloudHeader { rows: None, bounds: None, tree: None, ..header };
+        let mut header = CloudHeader { rows: None, bounds: None, tree: None, ..header };
+        if self.has_narrow_colors {
+            narrow_colors(&mut header);
+        }
         let (mut made, mut gathered, guide) = (None, Some(gathered), self.guide(path));
         self.read.with_options(&mut |read| {
             if let Some(columns) = gathered.take() {
@@ -215,6 +231,19 @@ impl PointFile {
         let cloud = cloud.map_err(|error| PyramidError::file(path, error.to_string()))?;
         Ok(cloud.with_source(self.source.clone()))
     }
+}
+
+/// The coarsest nodes, which have so many points together, or a node's more.
+fn coarsest(tree: &PointTree, most: u64) -> Vec<PointNode> {
+    let mut nodes = tree.nodes.clone();
+    nodes.sort_by_key(|node| node.level);
+    let mut points = 0u64;
+    nodes.retain(|node| {
+        let is_wanted = points < most;
+        points = points.saturating_add(node.points);
+        is_wanted
+    });
+    nodes
 }
 
 /// Points of several nodes; as many as can be counted where a file says that there are more.

@@ -6,7 +6,7 @@ use surfelshop_api::columns::{Element, Values as ColumnValues};
 use surfelshop_api::format::{CloudHeader, CloudSinkHost};
 
 /// Most bytes of the header of a cloud; coordinate systems and comments take a few thousand.
-const MAX_HEADER_BYTES: usize = 16 << 20;
+const MAX_HEADER_BYTES: usize = 128 << 20;
 
 /// Columns of a cloud that are taken.
 pub(super) const MAX_COLUMNS: usize = 4096;

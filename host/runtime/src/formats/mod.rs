@@ -278,6 +278,11 @@ impl Formats for PluginFormats {
         self.known().any(|(known, files)| known == id && files.grid)
     }
 
+    fn beside(&self, id: &str) -> Vec<String> {
+        let found = self.known().find(|(known, _)| known == id);
+        found.map(|(_, files)| files.beside.clone()).unwrap_or_default()
+    }
+
     fn endings(&self, written: bool) -> Vec<String> {
         let known = self.known().filter(|(_, files)| files.written || !written);
         let mut endings: Vec<String> = known.flat_map(|(_, files)| files.endings.clone()).collect();
@@ -301,6 +306,7 @@ impl Formats for PluginFormats {
             values,
             columns: call.columns.map(<[String]>::to_vec),
             nodes: call.nodes.map(<[PointNode]>::to_vec),
+            beside: file.beside(),
         };
         let read = self.runner.read(&unit, wanted, (call.name, file), sink, progress);
         read.map_err(|ended| match ended {

@@ -4,7 +4,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use surfelshop_api::format::FileHost;
+use surfelshop_api::format::{FileBeside, FileHost};
 
 /// A format may read a file so many times over, and so many bytes besides: small files are read in many passes.
 const PASSES: u64 = 64;
@@ -109,12 +109,15 @@ impl Watch {
 pub(super) struct WatchedFile {
     file: Arc<dyn FileHost>,
     watch: Arc<Watch>,
+    /// The files beside it, and whether they were read.
+    beside: Vec<(FileBeside, AtomicBool)>,
 }
 
 impl WatchedFile {
     pub(super) fn new(file: Arc<dyn FileHost>, watch: Arc<Watch>) -> Self {
         watch.length.store(file.length(), Ordering::Relaxed);
-        Self { file, watch }
+        let beside = file.beside().into_iter().map(|file| (file, AtomicBool::default())).collect();
+        Self { file, watch, beside }
     }
 
     fn check(&self) -> io::Result<()> {
@@ -130,6 +133,12 @@ impl FileHost for WatchedFile {
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
         self.check()?;
         let found = self.file.read_at(offset, buffer)?;
+        let of = self.beside.partition_point(|(file, _)| file.at <= offset);
+        if let Some((file, was_read)) = of.checked_sub(1).and_then(|of| self.beside.get(of))
+            && !was_read.swap(true, Ordering::Relaxed)
+        {
+            self.watch.length.fetch_add(file.length, Ordering::Relaxed);
+        }
         self.watch.read.fetch_add(found as u64, Ordering::Relaxed);
         // One that reads nothing again and again gives no sign of life.
         if found > 0 {
@@ -143,6 +152,10 @@ impl FileHost for WatchedFile {
         self.file.write_at(offset, bytes)?;
         self.watch.sign();
         Ok(())
+    }
+
+    fn beside(&self) -> Vec<FileBeside> {
+        self.beside.iter().map(|(file, _)| file.clone()).collect()
     }
 }
 

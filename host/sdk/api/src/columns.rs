@@ -40,6 +40,20 @@ pub const ROUND_UNBOUNDED: u8 = 2;
 /// lies between it and its neighbours. ABI 3.11.
 pub const ROUND_REACH: f32 = 1.0 / 150.0;
 
+/// The largest radius that a cloud of these values of [`ROUND`] is drawn with in perspective, in shares of the distance
+/// from the eye and times the scene's factor on radii: [`ROUND_REACH`], or infinity where they say
+/// [`ROUND_UNBOUNDED`]. ABI 3.11.
+#[must_use]
+pub fn round_reach(round: &[u8]) -> f32 {
+    // Many at a time, since the first that is not 0 may be far behind.
+    let not_none = |values: &&[u8]| values.iter().fold(0, |all, value| all | value) != 0;
+    let some = round.chunks(256).find(not_none).unwrap_or_default();
+    match some.iter().find(|&&value| value != 0) {
+        Some(&ROUND_UNBOUNDED) => f32::INFINITY,
+        _ => ROUND_REACH,
+    }
+}
+
 /// Which surfels are only around the part of a cloud that a tool is given, for it to look at: one `u8`, 0 for the part
 /// itself. What the tool makes of the others is dropped. There where a cloud is worked on part by part, by the tool's
 /// [`Scope`](crate::Scope).

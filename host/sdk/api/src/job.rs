@@ -126,6 +126,28 @@ impl<'a> Job<'a> {
         }
     }
 
+    /// Calls `work(0)` to `work(count - 1)` on the host's threads, each of which takes long, such as a part of a file;
+    /// otherwise as [`each_range`](Self::each_range). Came while ABI 3.11 was current.
+    ///
+    /// # Errors
+    /// "cancelled", where the user asked to stop; some pieces were then left out.
+    ///
+    /// # Panics
+    /// Where `work` panics.
+    pub fn each_piece(
+        &self,
+        count: usize,
+        share: Range<f64>,
+        work: impl Fn(usize) + Sync,
+    ) -> Result<()> {
+        // Ranges have up to `RANGE` items: so many stand for one piece.
+        self.each_range(count * RANGE, share, |range| {
+            for i in range.filter(|i| i % RANGE == 0) {
+                work(i / RANGE);
+            }
+        })
+    }
+
     /// Computes `compute(0)` to `compute(count - 1)` on the host's threads, as
     /// [`each_range`](Self::each_range).
     ///

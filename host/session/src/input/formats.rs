@@ -101,6 +101,10 @@ impl Formats for SessionFormats {
         self.found().takes_grids(id)
     }
 
+    fn beside(&self, id: &str) -> Vec<String> {
+        self.found().beside(id)
+    }
+
     fn endings(&self, written: bool) -> Vec<String> {
         self.found().endings(written)
     }

@@ -36,8 +36,8 @@ pub fn use_in_place(wanted: bool) {
 /// points with colours, and those of scanners have more columns.
 const READ_BYTES: u64 = 400;
 
-/// How files are called that say they can be read in place; of others only who asks for it finds out.
-const IN_PLACE_ENDING: &str = ".copc.laz";
+/// How files are called that say they can be read in place, COPC and Potree; of others only who asks for it finds out.
+const IN_PLACE_ENDINGS: [&str; 2] = [".copc.laz", "metadata.json"];
 
 /// Nodes of a view that may come next, at most: so many that what is drawn now comes soon, too.
 const PREFETCHED: usize = 32;
@@ -190,7 +190,8 @@ pub fn open_in_place(
     let Some(formats) = formats else { return Ok(None) };
     let is_asked = IN_PLACE.get().copied().unwrap_or_default();
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    if !is_asked && !name.ends_with(IN_PLACE_ENDING) {
+    let says_so = IN_PLACE_ENDINGS.iter().any(|ending| name.ends_with(ending)) || path.is_dir();
+    if !is_asked && !says_so {
         return Ok(None);
     }
     let started = Instant::now();

@@ -78,7 +78,10 @@ fn ask_system(request: Request) -> Vec<PathBuf> {
     if !request.endings.is_empty()
         && !matches!(&request.purpose, Purpose::Save { name, .. } if name.ends_with(".toml"))
     {
-        dialog = dialog.add_filter(request.filter, &request.endings);
+        // What it knows of names is behind their last dot.
+        let ending = |ending: &String| ending.rsplit('.').next().unwrap_or_default().to_owned();
+        let endings: Vec<String> = request.endings.iter().map(ending).collect();
+        dialog = dialog.add_filter(request.filter, &endings);
     }
     match request.purpose {
         Purpose::Open => dialog.pick_file().into_iter().collect(),

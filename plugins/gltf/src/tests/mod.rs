@@ -138,9 +138,13 @@ fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
 }
 
 fn read_with(bytes: &[u8], colors: Colors) -> Result<Collected> {
+    read_file(&FileSource::of_bytes(bytes.to_vec(), "a.glb"), colors)
+}
+
+fn read_file(file: &FileSource, colors: Colors) -> Result<Collected> {
     let mut found = Collected::default();
     Gltf::new(&HostInfo::default())?.read(
-        &FileSource::of_bytes(bytes.to_vec(), "a.glb"),
+        file,
         &Settings { colors },
         &mut CloudSink::new(&mut found, None),
         &Job::new(&SerialHost),

@@ -83,7 +83,7 @@ fn buffers_in_the_text_are_read_and_others_are_named() {
     assert_eq!(only(&found).faces, only(&expected).faces);
     assert_eq!(only(&found).header.format, "glTF 2.0");
     for (uri, expected) in [
-        ("scene.bin", "in the file `scene.bin`"),
+        ("scene.bin", "in the file `scene.bin` in the folder of the scene"),
         ("data:text/plain,abc", "no `data:` URI of base64"),
         ("data:;base64,ab*c", "damaged base64"),
         ("data:;base64,AAAA", "expected 104 bytes in buffer 0, found 3"),
@@ -92,6 +92,28 @@ fn buffers_in_the_text_are_read_and_others_are_named() {
         assert!(line.contains(expected), "{line}");
     }
     assert!(refusal(b.json("").as_bytes()).contains("buffer 0 has no bytes"));
+}
+
+#[test]
+fn buffers_in_files_of_the_same_folder_are_read() {
+    let b = two_nodes();
+    let expected = b.found();
+    let json = |uri: &str| b.json(&format!(r#","uri":"{uri}""#)).into_bytes();
+    let read = |uri: &str, bytes: &[u8]| {
+        let files = vec![("a.gltf", json(uri)), ("the scene%.bin", bytes.to_vec())];
+        read_file(&FileSource::of_files(files), Colors::Encoded)
+    };
+    for uri in ["the scene%.bin", "the%20scene%25.bin", "./the%20scene%.bin"] {
+        let found = read(uri, &b.bytes).unwrap();
+        assert_eq!(only(&found).columns[0], only(&expected).columns[0]);
+        assert_eq!(only(&found).faces, only(&expected).faces);
+    }
+    for uri in ["../the scene%.bin", "/the scene%.bin", "the%20scene", "%", "%zz", "%+f", ""] {
+        let line = read(uri, &b.bytes).unwrap_err().to_string();
+        assert!(line.contains("in the folder of the scene") && !line.contains('\n'), "{line}");
+    }
+    let line = read("the scene%.bin", &b.bytes[1..]).unwrap_err().to_string();
+    assert!(line.contains("expected 104 bytes in buffer 0, found 103"), "{line}");
 }
 
 #[test]

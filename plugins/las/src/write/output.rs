@@ -1,7 +1,6 @@
 //! Where records go: into a file as they are, or compressed in chunks.
 
 use super::plan::Plan;
-use crate::points::each;
 use laz::laszip::{ChunkTable, ChunkTableEntry};
 use laz::record::{
     LayeredPointRecordCompressor, RecordCompressor as _, SequentialPointRecordCompressor,
@@ -124,7 +123,7 @@ impl<'a> Output<'a> {
         let results: Vec<Mutex<Result<Vec<u8>>>> =
             chunks.iter().map(|_| Mutex::new(Ok(Vec::new()))).collect();
         let (vlr, is_layered) = (&compression.vlr, compression.is_layered);
-        each(self.job, chunks.len(), share, |i| {
+        self.job.each_piece(chunks.len(), share, |i| {
             let result = chunk(vlr, is_layered, chunks[i]);
             *results[i].lock().unwrap_or_else(PoisonError::into_inner) = result;
         })?;

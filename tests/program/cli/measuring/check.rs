@@ -52,7 +52,7 @@ fn built_in_plugins_pass() {
             "passed" | "limited" => true,
             // One that is done in a moment cannot be stopped.
             // A format that only reads has no files of its own to read back.
-            "left_out" if ["gltf", "stl"].contains(&unit.as_str()) => true,
+            "left_out" if ["gltf", "potree", "stl"].contains(&unit.as_str()) => true,
             // What sees a cloud as a whole, and what makes one of its own, is not held to parts.
             "left_out" if case == "parts" => WHOLE.contains(&unit.as_str()),
             "left_out" => case == "parameters" || case == "cancel",

@@ -52,13 +52,7 @@ pub(crate) fn round_of<'a>(cloud: &CloudView<'a>) -> Option<&'a [u8]> {
 /// The largest radius of a cloud's round splats in perspective, in shares of their distance from the eye and times the
 /// scene's factor on radii; infinity where it says that they are as large as they are.
 pub(crate) fn round_reach(cloud: &CloudView<'_>) -> f32 {
-    // Many at a time, since the first may be far behind.
-    let not_none = |values: &&[u8]| values.iter().fold(0, |all, value| all | value) != 0;
-    let some = round_of(cloud).and_then(|round| round.chunks(256).find(not_none));
-    match some.and_then(|some| some.iter().find(|&&value| value != 0)) {
-        Some(&columns::ROUND_UNBOUNDED) => f32::INFINITY,
-        _ => columns::ROUND_REACH,
-    }
+    columns::round_reach(round_of(cloud).unwrap_or_default())
 }
 
 /// The generation of what a column is drawn as: radii say which surfels are round splats, too.

@@ -129,4 +129,7 @@ pub struct ReadCall {
     /// while ABI 3.8 was current.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<Vec<crate::format::PointNode>>,
+    /// Files beside the one that is read, whose bytes lie behind its end. Came while ABI 3.11 was current.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<crate::format::FileBeside>,
 }

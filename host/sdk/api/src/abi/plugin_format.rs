@@ -10,8 +10,8 @@ use crate::abi::table::{Bytes, RawCloud, RawJob, Sink, status};
 use crate::columns::{CloudView, Values};
 use crate::error::Result;
 use crate::format::{
-    CloudHeader, CloudSink, CloudSinkHost, CloudSource, CloudSourceHost, FileHost, FileSink,
-    FileSource,
+    CloudHeader, CloudSink, CloudSinkHost, CloudSource, CloudSourceHost, FileBeside, FileHost,
+    FileSink, FileSource,
 };
 use crate::job::Job;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
@@ -58,7 +58,7 @@ unsafe extern "C" fn read(
         let (file, raw, job) = unsafe { (*file, *clouds, *job) };
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
         let created = unsafe { &mut *instance.cast::<Created>() };
-        let lent = Lent::new(file)?;
+        let lent = Lent::new(file, call.beside)?;
         let mut remote = RemoteSink(raw);
         let mut clouds =
             CloudSink::new(&mut remote, call.columns.as_deref()).with_nodes(call.nodes.as_deref());
@@ -83,7 +83,7 @@ unsafe extern "C" fn write_file(
         let (file, raw, job) = unsafe { (*file, *clouds, *job) };
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
         let created = unsafe { &mut *instance.cast::<Created>() };
-        let lent = Lent::new(file)?;
+        let lent = Lent::new(file, Vec::new())?;
         let mut remote = RemoteSource(raw);
         let mut clouds = CloudSource::new(&mut remote);
         let file = FileSink::new(lent.file(), &lent.name);
@@ -101,10 +101,11 @@ struct Lent {
 }
 
 impl Lent {
-    fn new(raw: RawFile) -> Result<Self> {
+    fn new(raw: RawFile, beside: Vec<FileBeside>) -> Result<Self> {
         // SAFETY: the host lends the name for the call.
         let name = std::str::from_utf8(unsafe { raw.name.as_slice() })?.to_owned();
-        Ok(Self { remote: Arc::new(RemoteFile(RwLock::new(Some(Shared(raw))))), name })
+        let lent = RwLock::new(Some(Shared(raw)));
+        Ok(Self { remote: Arc::new(RemoteFile { lent, beside }), name })
     }
 
     fn file(&self) -> Arc<dyn FileHost> {
@@ -115,7 +116,7 @@ impl Lent {
 impl Drop for Lent {
     fn drop(&mut self) {
         // Waits for reads under way on other threads.
-        *self.remote.0.write().unwrap_or_else(PoisonError::into_inner) = None;
+        *self.remote.lent.write().unwrap_or_else(PoisonError::into_inner) = None;
     }
 }
 
@@ -128,11 +129,14 @@ unsafe impl Send for Shared {}
 unsafe impl Sync for Shared {}
 
 /// The file of a host while it is lent; nothing after that.
-struct RemoteFile(RwLock<Option<Shared>>);
+struct RemoteFile {
+    lent: RwLock<Option<Shared>>,
+    beside: Vec<FileBeside>,
+}
 
 impl RemoteFile {
     fn with<T>(&self, call: impl FnOnce(&RawFile) -> io::Result<T>) -> io::Result<T> {
-        let lent = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        let lent = self.lent.read().unwrap_or_else(PoisonError::into_inner);
         let ended = || io::Error::other("the call that the file was lent for has ended");
         call(&lent.as_ref().ok_or_else(ended)?.0)
     }
@@ -168,6 +172,10 @@ impl FileHost for RemoteFile {
             Ok(unsafe { (raw.write_at)(raw.context, offset, Bytes::of(bytes), written.sink()) })
         })?;
         if status == status::OK { Ok(()) } else { Err(refused(&written)) }
+    }
+
+    fn beside(&self) -> Vec<FileBeside> {
+        self.beside.clone()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Bytes of a file that the host lends for a call.
 
+use super::file_beside::{FileBeside, Part, WithFilesBeside};
 use crate::error::{Error, Result};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::sync::Arc;
@@ -22,6 +23,11 @@ pub trait FileHost: Send + Sync {
     fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()> {
         let _nothing_written = (offset, bytes);
         Err(io::Error::new(io::ErrorKind::PermissionDenied, "the file is only read"))
+    }
+
+    /// The files of its folder that may be read with it. Came while ABI 3.11 was current.
+    fn beside(&self) -> Vec<FileBeside> {
+        Vec::new()
     }
 }
 
@@ -46,10 +52,41 @@ impl FileSource {
         Self::new(Arc::new(MemoryFile(bytes)), name)
     }
 
+    /// Several files of a folder in memory, for tests of formats: the first is read, the others lie beside it.
+    ///
+    /// # Panics
+    /// Where there is none.
+    #[must_use]
+    pub fn of_files(files: Vec<(&str, Vec<u8>)>) -> Self {
+        let mut files = files.into_iter();
+        let (name, bytes) = files.next().expect("a file");
+        let memory = |bytes| -> Arc<dyn FileHost> { Arc::new(MemoryFile(bytes)) };
+        let beside = files.map(|(name, bytes)| (name.to_owned(), memory(bytes))).collect();
+        Self::new(Arc::new(WithFilesBeside::new(memory(bytes), beside)), name)
+    }
+
     /// The file's name, without its folder.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// A file of the same folder, of those that [`FileTypes::beside`](super::FileTypes::beside) names; where none has
+    /// this name, one in another case. Came while ABI 3.11 was current.
+    ///
+    /// # Errors
+    /// Where no such file is there, or the format did not say that it reads it.
+    pub fn beside(&self, name: &str) -> Result<Self> {
+        let files = self.host.beside();
+        let alike = || files.iter().find(|file| file.name.eq_ignore_ascii_case(name));
+        let found = files.iter().find(|file| file.name == name).or_else(alike).cloned();
+        let missing = || {
+            let name = name.escape_debug();
+            Error::new(format!("expected the file `{name}` beside it, found none that may be read"))
+        };
+        let FileBeside { name, at, length } = found.ok_or_else(missing)?;
+        let part = Part { host: Arc::clone(&self.host), at, length };
+        Ok(Self::new(Arc::new(part), &name))
     }
 
     /// Length in bytes.

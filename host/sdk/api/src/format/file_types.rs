@@ -29,6 +29,8 @@ pub struct FileTypes {
     pub(crate) written: bool,
     pub(crate) several: bool,
     pub(crate) grid: bool,
+    pub(crate) beside: [&'static str; MOST],
+    pub(crate) n_beside: usize,
 }
 
 impl FileTypes {
@@ -43,11 +45,13 @@ impl FileTypes {
             written: false,
             several: false,
             grid: false,
+            beside: [""; MOST],
+            n_beside: 0,
         }
     }
 
     /// Adds an ending, in lower case and without the dot, such as `laz`. The first one names the files that
-    /// dialogs offer to write.
+    /// dialogs offer to write. One with a dot in it, such as `metadata.json`, is also the whole name of a file.
     ///
     /// # Panics
     /// At compile time, where there are more than eight, or it is not made of 1 to 16 of `a-z`, `0-9`, `-`, `_`
@@ -113,6 +117,38 @@ impl FileTypes {
         self.grid = true;
         self
     }
+
+    /// Adds files of the same folder that the format reads, too: a name such as `octree.bin`, or `*` with what names
+    /// end with, such as `*.bin`. The format is lent these and no others, by
+    /// [`FileSource::beside`](super::FileSource::beside). Came while ABI 3.11 was current; older hosts lend none.
+    ///
+    /// # Panics
+    /// At compile time, where there are more than eight, or it is not made of 1 to 64 of `a-z`, `0-9`, `-`, `_` and
+    /// `.`, after a `*` before the `.` of an ending.
+    #[must_use]
+    pub const fn beside(mut self, name: &'static str) -> Self {
+        assert!(self.n_beside < MOST, "a format names at most eight kinds of files beside its own");
+        let bytes = name.as_bytes();
+        assert!(!bytes.is_empty() && bytes.len() <= 64, "a name has 1 to 64 letters");
+        let mut i = 0;
+        if bytes[0] == b'*' {
+            assert!(
+                bytes.len() > 2 && bytes[1] == b'.',
+                "a `*` stands before the `.` of an ending"
+            );
+            i = 1;
+        }
+        while i < bytes.len() {
+            assert!(
+                matches!(bytes[i], b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.'),
+                "a name has only a-z, 0-9, -, _ and ."
+            );
+            i += 1;
+        }
+        self.beside[self.n_beside] = name;
+        self.n_beside += 1;
+        self
+    }
 }
 
 impl Default for FileTypes {
@@ -144,6 +180,9 @@ pub struct Recognition {
     /// Whether they hold grids with empty places when they are written.
     #[serde(default)]
     pub grid: bool,
+    /// Names of files of the same folder that the format reads, too, or `*` with what they end with.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<String>,
 }
 
 impl Recognition {
@@ -160,10 +199,27 @@ impl Recognition {
     #[must_use]
     pub fn knows_name(&self, name: &str) -> bool {
         self.endings.iter().any(|ending| {
+            if ending.contains('.') && name.eq_ignore_ascii_case(ending) {
+                return true;
+            }
             let start = name.len().checked_sub(ending.len() + 1);
             let end = start.and_then(|start| name.get(start..));
             end.and_then(|end| end.strip_prefix('.'))
                 .is_some_and(|end| end.eq_ignore_ascii_case(ending))
+        })
+    }
+
+    /// Whether the format reads a file of this name, without its folder, beside its own; case does not matter.
+    #[must_use]
+    pub fn reads_beside(&self, name: &str) -> bool {
+        self.beside.iter().any(|beside| match beside.strip_prefix('*') {
+            Some(end) => {
+                let start = name.len().checked_sub(end.len());
+                start
+                    .and_then(|start| name.get(start..))
+                    .is_some_and(|it| it.eq_ignore_ascii_case(end))
+            }
+            None => name.eq_ignore_ascii_case(beside),
         })
     }
 }
@@ -182,5 +238,15 @@ mod tests {
         assert!(las.knows_bytes(b"LASF\x01") && !las.knows_bytes(b"LAS") && !las.knows_bytes(b""));
         assert!(las.knows_name("A.LAS") && las.knows_name("b.copc.laz"));
         assert!(!las.knows_name("las") && !las.knows_name("b.laz") && !las.knows_name("ä.la"));
+        assert!(las.knows_name("copc.laz") && !las.knows_name("opc.laz"));
+    }
+
+    #[test]
+    fn files_beside_one_are_told_by_their_names() {
+        let beside = vec!["octree.bin".to_owned(), "*.glbin".to_owned()];
+        let format = Recognition { beside, ..Recognition::default() };
+        assert!(format.reads_beside("octree.bin") && format.reads_beside("A.GLBIN"));
+        let others = ["", "a.octree.bin", "glbin", "ä.bin", "a.glbin.txt", "../octree.bin"];
+        assert!(!others.iter().any(|name| format.reads_beside(name)));
     }
 }

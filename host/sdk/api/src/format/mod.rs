@@ -6,8 +6,10 @@
 
 mod clouds;
 mod file;
+mod file_beside;
 pub(crate) mod file_types;
 mod header;
+mod names;
 mod support;
 mod tree;
 
@@ -16,11 +18,13 @@ pub use clouds::{
     check_batch,
 };
 pub use file::{FileHost, FileSink, FileSource, FileStream};
+pub use file_beside::{FileBeside, WithFilesBeside};
 pub use file_types::{FileTypes, HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
 pub use header::{
     CLASSIFICATION, CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, POINT_SOURCE, Pose,
     RETURN_NUMBER, SCAN, SCAN_ANGLE, UpAxis,
 };
+pub use names::ColumnNames;
 pub use support::{HeaderSupport, UpSupport};
 
 pub use tree::{PointNode, PointTree};

@@ -326,7 +326,7 @@ fn read_line(manifest: &mut Manifest, line: &str) {
             let tool = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Tool);
             return tool.map_or((), |tool| tool.handling = next());
         }
-        "ending" | "magic" | "written" | "several" | "grid" => {
+        "ending" | "magic" | "written" | "several" | "grid" | "beside" => {
             let format = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Format);
             return format.map_or((), |format| files_line(&mut format.files, key, next));
         }
@@ -376,6 +376,18 @@ fn files_line(files: &mut Recognition, key: &str, mut next: impl FnMut() -> Stri
         "written" => files.written = true,
         "several" => files.several = true,
         "grid" => files.grid = true,
+        "beside" if files.beside.len() < MOST_FILES => {
+            let name = next().to_ascii_lowercase();
+            let typed = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
+            let letters = match name.strip_prefix('*') {
+                Some(end) if end.len() > 1 && end.starts_with('.') => end,
+                Some(_) => "",
+                None => &name,
+            };
+            if !letters.is_empty() && letters.len() <= 64 && letters.bytes().all(typed) {
+                files.beside.push(name);
+            }
+        }
         _ => {}
     }
 }

@@ -23,8 +23,14 @@ fn manifests_round_trip() {
 
 #[test]
 fn files_of_formats_are_read_back_and_damaged_ones_recognise_nothing() {
-    const FILES: FileTypes =
-        FileTypes::new().ending("las").ending("laz").magic(12, b"LAS\xff").magic(0, b"x").written();
+    const FILES: FileTypes = FileTypes::new()
+        .ending("las")
+        .ending("laz")
+        .magic(12, b"LAS\xff")
+        .magic(0, b"x")
+        .written()
+        .beside("octree.bin")
+        .beside("*.bin");
     const UNITS: &[(UnitKind, UnitInfo)] = &[
         (UnitKind::Format, UnitInfo::new("las", "LAS", "Reads LAS.").recognising(FILES)),
         (UnitKind::Tool, UnitInfo::new("other", "Other", "Does.")),
@@ -35,6 +41,7 @@ fn files_of_formats_are_read_back_and_damaged_ones_recognise_nothing() {
     assert_eq!(files.endings, ["las", "laz"]);
     assert_eq!(files.magics[0], Magic { offset: 12, bytes: b"LAS\xff".to_vec() });
     assert_eq!((files.magics.len(), files.written, files.several), (2, true, false));
+    assert_eq!(files.beside, ["octree.bin", "*.bin"]);
     assert_eq!(units[1].files, Recognition::default());
     let mut damaged = Recognition::default();
     for (key, values) in [
@@ -42,6 +49,10 @@ fn files_of_formats_are_read_back_and_damaged_ones_recognise_nothing() {
         ("magic", ["63", "4142"]),
         ("magic", ["0", "4x"]),
         ("ending", ["a b", ""]),
+        ("beside", ["../octree.bin", ""]),
+        ("beside", ["*", ""]),
+        ("beside", ["", ""]),
+        ("beside", ["*bin", ""]),
     ] {
         let mut values = values.into_iter();
         files_line(&mut damaged, key, || values.next().unwrap_or_default().to_owned());

@@ -27,6 +27,11 @@ pub(super) const fn files_len(files: &FileTypes) -> usize {
     if files.grid {
         len += line_len("grid", &[]);
     }
+    i = 0;
+    while i < files.n_beside {
+        len += line_len("beside", &[files.beside[i]]);
+        i += 1;
+    }
     len
 }
 
@@ -157,6 +162,11 @@ impl<const N: usize> Writer<N> {
         }
         if files.grid {
             self = self.line("grid", &[]);
+        }
+        i = 0;
+        while i < files.n_beside {
+            self = self.line("beside", &[files.beside[i]]);
+            i += 1;
         }
         self
     }

@@ -32,10 +32,15 @@ pub(super) struct Listing {
     pub(super) is_cut: bool,
 }
 
-/// Whether a file has one of these endings; with no endings every file fits.
+/// Whether a file has one of these endings, or one with a dot in it as its whole name; with no endings every file fits.
 pub(super) fn fits(path: &Path, endings: &[String]) -> bool {
     let ending = path.extension().unwrap_or_default().to_string_lossy();
-    endings.is_empty() || endings.iter().any(|known| ending.eq_ignore_ascii_case(known))
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let fits = |known: &String| match known.contains('.') {
+        true => name == *known || name.ends_with(&format!(".{known}")),
+        false => ending.eq_ignore_ascii_case(known),
+    };
+    endings.is_empty() || endings.iter().any(fits)
 }
 
 /// Lists folders and the files with these endings, without hidden ones.
@@ -79,7 +84,7 @@ mod tests {
     #[test]
     fn folders_come_first_and_files_are_chosen_by_their_endings() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["b.ply", "A.PLY", "notes.txt", ".hidden.ply"] {
+        for name in ["b.ply", "A.PLY", "notes.txt", ".hidden.ply", "Meta.json", "x.json"] {
             std::fs::write(folder.path().join(name), "12").unwrap();
         }
         std::fs::create_dir(folder.path().join("scans")).unwrap();
@@ -88,7 +93,8 @@ mod tests {
             listed.entries.iter().map(Entry::name).collect::<Vec<_>>()
         };
         assert_eq!(names(&["ply".to_owned()]), ["scans/", "A.PLY", "b.ply"]);
-        assert_eq!(names(&[]), ["scans/", "A.PLY", "b.ply", "notes.txt"]);
+        assert_eq!(names(&["meta.json".to_owned()]), ["scans/", "Meta.json"]);
+        assert_eq!(names(&[]), ["scans/", "A.PLY", "b.ply", "Meta.json", "notes.txt", "x.json"]);
         assert!(list(&folder.path().join("none"), &[]).is_err());
     }
 

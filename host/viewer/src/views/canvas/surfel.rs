@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use surfelshop_api::columns::{ROUND, ROUND_REACH, ROUND_UNBOUNDED, TANGENT_U, TANGENT_V};
+use surfelshop_api::columns::{ROUND, TANGENT_U, TANGENT_V, round_reach};
 use surfelshop_api::{Camera, Projection};
 use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_session::input::clouds::Clouds;
@@ -15,13 +15,12 @@ pub(crate) fn nearest_of(
     camera: &Camera,
     point: DVec3,
 ) -> Option<(usize, usize)> {
-    let largest_round = match camera.projection {
-        Projection::Perspective { .. } => ROUND_REACH * point.distance(camera.eye) as f32,
+    let distance = match camera.projection {
+        Projection::Perspective { .. } => point.distance(camera.eye) as f32,
         Projection::Orthographic { .. } => f32::INFINITY,
     };
     let clouds = displayed.clouds.loaded.iter().enumerate();
-    let all =
-        clouds.filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, largest_round, point)?)));
+    let all = clouds.filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, distance, point)?)));
     let (file, (index, _)) = all.min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1))?;
     Some((file, index))
 }
@@ -77,13 +76,12 @@ pub(crate) fn round_of(cloud: &Cloud) -> &[u8] {
     }
 }
 
-/// The surfel whose disc is nearest to a point, with the distance in its radii; round splats are at most so large
-/// there.
-fn nearest(cloud: &Cloud, largest_round: f32, point: DVec3) -> Option<(usize, f32)> {
+/// The surfel whose disc is nearest to a point at a distance from the eye, with its own distance in its radii; round
+/// splats are as large as they are drawn there.
+fn nearest(cloud: &Cloud, eye_distance: f32, point: DVec3) -> Option<(usize, f32)> {
     let at = (point - cloud.origin()).as_vec3();
     let round = round_of(cloud);
-    let first = round.iter().find(|&&value| value != 0);
-    let largest_round = if first == Some(&ROUND_UNBOUNDED) { f32::INFINITY } else { largest_round };
+    let largest_round = round_reach(round) * eye_distance;
     let (normals, radii) = (cloud.normals(), cloud.radii());
     let distance = |i: usize| {
         let offset = at - cloud.positions()[i];
@@ -126,6 +124,7 @@ fn color(cloud: &Cloud, index: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use surfelshop_api::columns::{ROUND_REACH, ROUND_UNBOUNDED};
 
     fn cloud(round: u8, are_ellipses: bool) -> Cloud {
         let column = |name, n, values: &[f32]| Column::new(name, n, Buffer::F32(values.to_vec()));
@@ -144,13 +143,14 @@ mod tests {
     #[test]
     fn near_round_splats_are_taken_as_large_as_they_are_drawn() {
         // Beside a small disc, a large splat that is drawn as large as 0.1 there.
-        let of = |round: u8, are_ellipses: bool, largest_round: f32| {
-            nearest(&cloud(round, are_ellipses), largest_round, DVec3::X * 0.125).unwrap().0
+        let near = 0.1 / ROUND_REACH;
+        let of = |round: u8, are_ellipses: bool, eye_distance: f32| {
+            nearest(&cloud(round, are_ellipses), eye_distance, DVec3::X * 0.125).unwrap().0
         };
-        assert_eq!(of(0, false, 0.1), 1, "a disc");
-        assert_eq!(of(1, false, 0.1), 0, "a round splat");
+        assert_eq!(of(0, false, near), 1, "a disc");
+        assert_eq!(of(1, false, near), 0, "a round splat");
         assert_eq!(of(1, false, f32::INFINITY), 1, "one in a parallel projection");
-        assert_eq!(of(ROUND_UNBOUNDED, false, 0.1), 1, "one that is not bounded");
-        assert_eq!(of(1, true, 0.1), 1, "an ellipse");
+        assert_eq!(of(ROUND_UNBOUNDED, false, near), 1, "one that is not bounded");
+        assert_eq!(of(1, true, near), 1, "an ellipse");
     }
 }
