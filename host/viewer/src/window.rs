@@ -9,7 +9,6 @@ use crate::plugins::Plugins;
 use crate::preferences::{PreferenceFile, Preferences};
 use crate::render_thread::RenderThread;
 use crate::theme;
-use crate::views::hands::HandMode;
 use crate::views::messages::Messages;
 use crate::views::pane::Side;
 use crate::views::{Render, Views, camera_in, initial_camera, navigation};
@@ -247,7 +246,8 @@ impl Window {
             return true;
         }
         // The tool's window is away while its pairs are clicked, and comes back.
-        let is_shown = self.views.hands.mode != HandMode::Pairs;
+        let open = self.plugins.tools.open.as_deref();
+        let is_shown = open.is_some_and(|name| !self.picks_pairs_for(name));
         is_shown && self.plugins.tools.open.take().is_some() || self.let_go()
     }
 

@@ -4,7 +4,7 @@ use super::unit_loader::Readiness;
 use crate::dialogs::{ParameterOwner, files};
 use crate::panels::parameters;
 use crate::theme::space;
-use crate::views::hands::{HandMode, can_be_picked};
+use crate::views::hands::can_be_picked;
 use crate::window::Window;
 use eframe::egui::{self, Context, Ui};
 use surfelshop_api::UnitKind;
@@ -53,7 +53,7 @@ fn entries(window: &mut Window, ui: &mut Ui, names: &[String]) {
 /// The window of the open tool.
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let Some(name) = window.plugins.tools.open.clone() else { return };
-    if window.views.hands.mode == HandMode::Pairs {
+    if window.picks_pairs_for(&name) {
         // It would be in the way of clicks.
         return;
     }

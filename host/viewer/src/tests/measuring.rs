@@ -15,7 +15,7 @@ use surfelshop_cloud::scene::{Measure, MeasureKind, read};
 use surfelshop_session::options::{DeviceArguments, UpAxis};
 
 /// In the picture, in the middle of the sample.
-const MIDDLE: Pos2 = eframe::egui::pos2(450.0, 380.0);
+const MIDDLE: Pos2 = pos2(450.0, 380.0);
 
 fn run(screen: &mut Screen, id: &str) {
     let ctx = screen.harness.ctx.clone();
@@ -257,7 +257,7 @@ fn hidden_surfels_stay_in_the_cloud_and_are_in_the_scene() {
     assert!(again.window().messages.contains("what was hidden is shown"));
 }
 
-/// A window over files with the tools of Pointshop3D, and the window of one of them open.
+/// A window over files with the tools of `Pointshop3D`, and the window of one of them open.
 fn with_tool(files: &[&str], tool: &str) -> Screen {
     let mut plugins = built_plugins();
     let library =
@@ -379,7 +379,6 @@ fn pairs_of_two_clouds_are_clicked_in_their_order() {
     let mut screen = with_tool(&[SAMPLE, other.to_str().unwrap()], "register");
     screen.harness.get_by_label("pick pairs in the picture").click();
     screen.frames();
-    assert_eq!(value(&mut screen, "register", "start"), "pairs", "what they are for");
     let [own, others] = [0, 1].map(|cloud| place_on(&mut screen, cloud));
     click(&mut screen, others, Modifiers::NONE);
     assert!(screen.window().messages.contains("click on sample.ply first"));
@@ -387,6 +386,7 @@ fn pairs_of_two_clouds_are_clicked_in_their_order() {
     click(&mut screen, own, Modifiers::NONE);
     assert!(screen.window().messages.contains("click the same place on another cloud"));
     click(&mut screen, others, Modifiers::NONE);
+    assert_eq!(value(&mut screen, "register", "start"), "pairs", "what they are for");
     let text = value(&mut screen, "register", "pairs");
     let numbers: Vec<f64> = text.split_whitespace().map(|word| word.parse().unwrap()).collect();
     assert_eq!(numbers.len(), 6, "{text}");
@@ -412,4 +412,15 @@ fn pairs_of_two_clouds_are_clicked_in_their_order() {
     screen.harness.get_by_label("remove pair 1").click();
     screen.frames();
     assert_eq!(value(&mut screen, "register", "pairs"), "");
+    assert_eq!(value(&mut screen, "register", "start"), "", "as it was");
+    // Nothing is picked on a cloud that is hidden.
+    screen.window().toggle_cloud(0);
+    screen.frames();
+    screen.settle();
+    let others = place_on(&mut screen, 0);
+    click(&mut screen, others, Modifiers::NONE);
+    assert!(screen.window().messages.contains("it is hidden"));
+    // Another tool's window is shown meanwhile.
+    screen.window().plugins.tools.open = Some("texture".to_owned());
+    screen.until_label("pick pairs in the picture");
 }

@@ -281,7 +281,9 @@ impl Window {
         self.plugins.tools.cancel();
         self.plugins.tools.cloud_index = 0;
         self.release_hidden();
-        self.views.pointer_position = None;
+        let views = &mut self.views;
+        (views.pointer_position, views.pointer_cloud, views.measuring.pointer) = (None, None, None);
+        self.end_pairs();
         self.views.own_cameras.clear();
         let shown = self.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
         let sources = shown.map(|loaded| loaded.cloud.source());

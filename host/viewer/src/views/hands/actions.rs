@@ -39,7 +39,7 @@ impl Window {
     /// Lets a drag do something else; the camera again where it does that already.
     pub(crate) fn toggle_hand(&mut self, mode: HandMode) {
         let hands = &mut self.views.hands;
-        hands.gesture = None;
+        (hands.gesture, hands.pairing) = (None, None);
         hands.mode = if hands.mode == mode { HandMode::Camera } else { mode };
     }
 
@@ -66,7 +66,8 @@ impl Window {
             (hands.dabs, hands.said) = (None, String::new());
         }
         hands.tool = Some(name.clone());
-        (hands.gesture, hands.mode) = (None, HandMode::Tool(name));
+        (hands.gesture, hands.pairing) = (None, None);
+        hands.mode = HandMode::Tool(name);
     }
 
     /// Leads the tool that was led last, or lets the hand move the camera again.

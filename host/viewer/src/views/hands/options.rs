@@ -49,6 +49,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context, pictures: Rect) {
             }
         });
     if !open {
+        window.end_pairs();
         window.views.hands.mode = HandMode::Camera;
     }
 }

@@ -22,6 +22,10 @@ impl Window {
         id: &str,
         declared: &[ParamDecl],
     ) {
+        if self.document.complete_clouds().is_none() {
+            self.messages.report("open a cloud first, then pick places on it");
+            return;
+        }
         let Some(parameter) = declared.iter().find(|parameter| parameter.id == id) else { return };
         let values = self.plugins.tools.values.entry(tool.to_owned()).or_default();
         let picture = match parameter.unit == PICTURE_PAIRS {
@@ -39,17 +43,24 @@ impl Window {
             false => None,
         };
         // A tool that has a choice of this name does something else with another one.
-        for choice in declared {
-            if let ParamKind::Choice(ids) = &choice.kind
-                && ids.iter().any(|choice| choice == id)
-            {
-                values.insert(choice.id.clone(), Value::Text(id.to_owned()));
-            }
-        }
+        let has_it = |choice: &&ParamDecl| match &choice.kind {
+            ParamKind::Choice(ids) => ids.iter().any(|choice| choice == id),
+            _ => false,
+        };
+        let choice = declared.iter().find(has_it).map(|choice| choice.id.clone());
         let (tool, parameter) = (tool.to_owned(), id.to_owned());
         let hands = &mut self.views.hands;
-        hands.pairing = Some(Pairing { tool, parameter, picture, place: None, share: None });
+        hands.pairing =
+            Some(Pairing { tool, parameter, choice, picture, place: None, share: None });
         (hands.gesture, hands.mode) = (None, HandMode::Pairs);
+        self.views.measuring.places.clear();
+    }
+
+    /// Whether pairs are clicked for a tool.
+    pub(crate) fn picks_pairs_for(&self, tool: &str) -> bool {
+        let hands = &self.views.hands;
+        let pairing = hands.pairing.as_ref().filter(|_| hands.mode == HandMode::Pairs);
+        pairing.is_some_and(|pairing| pairing.tool == tool)
     }
 
     /// The pairs so far; `None` where something else was typed.
@@ -68,6 +79,11 @@ impl Window {
         match pairs.is_empty() {
             true => drop(values.remove(&pairing.parameter)),
             false => drop(values.insert(pairing.parameter.clone(), Value::Text(text_of(pairs)))),
+        }
+        let Some(choice) = &pairing.choice else { return };
+        match pairs.is_empty() {
+            true => drop(values.remove(choice)),
+            false => drop(values.insert(choice.clone(), Value::Text(pairing.parameter.clone()))),
         }
     }
 

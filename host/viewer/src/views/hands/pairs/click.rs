@@ -40,7 +40,7 @@ impl Window {
     pub(super) fn cloud_of_pairs(&self) -> Option<(usize, String, usize)> {
         let open = &self.document.clouds.as_ref()?.open_clouds;
         let index = self.plugins.tools.cloud_index;
-        let own = open.all().get(index)?;
+        let own = open.all().get(index).filter(|own| own.visible)?;
         let visible = open.all().iter().filter(|cloud| cloud.visible).count();
         let before = open.all()[..index].iter().filter(|cloud| cloud.visible).count();
         Some((before, own.name(), visible))
@@ -50,13 +50,18 @@ impl Window {
         let own = self.cloud_of_pairs();
         let on = self.views.pointer_cloud;
         let Some(pairing) = &mut self.views.hands.pairing else { return Ok(()) };
+        let Some((own, name, n_visible)) = own else {
+            return Err("show the cloud that the tool works on: it is hidden".to_owned());
+        };
+        let is_own = on == Some(own);
         if pairing.picture.is_some() {
+            if !is_own && n_visible > 1 {
+                return Err(format!("click on {name}, which the tool works on"));
+            }
             pairing.place = Some(place);
             self.finish_pair();
             return Ok(());
         }
-        let Some((own, name, n_visible)) = own else { return Ok(()) };
-        let is_own = on == Some(own);
         match pairing.place {
             _ if n_visible < 2 => {
                 Err("add the other cloud: pairs are places of two clouds".to_owned())

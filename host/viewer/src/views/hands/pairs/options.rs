@@ -33,9 +33,11 @@ pub(in crate::views::hands) fn show(window: &mut Window, ui: &mut Ui) {
     }
     list(window, ui, shown);
     ui.horizontal(|ui| {
-        let has_some = pairs.as_ref().is_none_or(|pairs| !pairs.is_empty());
+        let is_begun = window.views.hands.pairing.as_ref().is_some_and(Pairing::is_begun);
+        let has_some = is_begun || pairs.as_ref().is_none_or(|pairs| !pairs.is_empty());
         if ui.add_enabled(has_some, Button::new("clear")).clicked() {
             window.set_pairs(&[]);
+            window.views.hands.pairing.as_mut().map(Pairing::forget_place);
         }
         if ui.button("done").clicked() {
             window.end_pairs();
@@ -84,9 +86,12 @@ fn list(window: &mut Window, ui: &mut Ui, pairs: &[Vec<f64>]) {
 }
 
 impl Window {
-    /// Ends the clicking of pairs: the tool's window is there again.
-    pub(super) fn end_pairs(&mut self) {
-        self.views.hands.pairing = None;
-        self.views.hands.mode = HandMode::Camera;
+    /// Ends the clicking of pairs, where they are clicked; a tool's window is there again.
+    pub(crate) fn end_pairs(&mut self) {
+        let hands = &mut self.views.hands;
+        hands.pairing = None;
+        if hands.mode == HandMode::Pairs {
+            hands.mode = HandMode::Camera;
+        }
     }
 }

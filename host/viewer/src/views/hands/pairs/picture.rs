@@ -4,6 +4,7 @@ use eframe::egui::{
     Align2, Color32, ColorImage, Context, FontId, Image, Role, Sense, TextureHandle,
     TextureOptions, Ui, WidgetInfo, pos2, vec2,
 };
+use image::{DynamicImage, ImageDecoder as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
@@ -30,7 +31,11 @@ fn read(path: &Path) -> Result<ColorImage, String> {
     let line = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     let reader = image::ImageReader::open(path).map_err(|error| line(&error))?;
     let reader = reader.with_guessed_format().map_err(|error| line(&error))?;
-    let picture = reader.decode().map_err(|error| line(&error))?;
+    let mut decoder = reader.into_decoder().map_err(|error| line(&error))?;
+    // As cameras held it, which the tool sees, too.
+    let orientation = decoder.orientation().map_err(|error| line(&error))?;
+    let mut picture = DynamicImage::from_decoder(decoder).map_err(|error| line(&error))?;
+    picture.apply_orientation(orientation);
     let picture = match picture.width().max(picture.height()) > LARGEST {
         true => picture.thumbnail(LARGEST, LARGEST),
         false => picture,
