@@ -4,9 +4,9 @@
 //! |-----------|--------|-----------|-----------------------------------------------------------------|
 //! | `colors`  | choice | `encoded` | what whole numbers in `COLOR_0` are: sRGB (`encoded`) or `linear` |
 //!
-//! Reads .glb, and .gltf whose buffers are `data:` URIs or files of the same folder (`.bin`, `.glbin`). All points, triangles, strips and fans of the scene
-//! become one cloud in world coordinates, each mesh as often as nodes show it; without a scene, every mesh once.
-//! Of several scenes it is the one that the file names, or the first.
+//! Reads .glb, and .gltf whose buffers are `data:` URIs or files of the same folder (`.bin`, `.glbin`). All points,
+//! triangles, strips and fans of the scene become one cloud in world coordinates, each mesh as often as nodes show it;
+//! without a scene, every mesh once. Of several scenes it is the one that the file names, or the first.
 //!
 //! | attribute  | column                                                                          |
 //! |------------|---------------------------------------------------------------------------------|

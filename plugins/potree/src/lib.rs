@@ -1,8 +1,8 @@
 //! # `potree`: octrees of Potree 2
 //!
-//! Reads `metadata.json`, with `hierarchy.bin` and `octree.bin` beside it, as `PotreeConverter` 2 writes them: points as they
-//! are (`DEFAULT`) and compressed (`BROTLI`). The folder's name will do, too. All points are read, or node by node where the host asks: they are drawn in place,
-//! whatever their number.
+//! Reads `metadata.json`, with `hierarchy.bin` and `octree.bin` beside it, as `PotreeConverter` 2 writes them: points
+//! as they are (`DEFAULT`) and compressed (`BROTLI`). The folder's name will do, too. All points are read, or node by
+//! node where the host asks: so they are drawn in place without being held as a whole, up to two million nodes.
 //!
 //! | attribute | column |
 //! |-----------|--------|
