@@ -2,7 +2,7 @@
 
 use super::colors::FilterSpec;
 use super::values::crop_box;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::selection::{
@@ -19,6 +19,8 @@ pub struct SelectStep {
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     Region(Region),
+    /// A box that is turned about the upward axis, degrees.
+    TurnedBox([DVec3; 2], f64),
     /// What hangs together with a place, by steps of at most so far.
     Component(DVec3, Option<f64>),
     Invert,
@@ -27,7 +29,7 @@ enum What {
 }
 
 /// What can be typed.
-const EXPECTED: &str = "expected all, box:X,Y,Z:X,Y,Z, sphere:X,Y,Z:RADIUS, plane:X,Y,Z:X,Y,Z, \
+const EXPECTED: &str = "expected all, box:X,Y,Z:X,Y,Z[:DEGREES], sphere:X,Y,Z:RADIUS, plane:X,Y,Z:X,Y,Z, \
                         component:X,Y,Z[:DISTANCE], NAME=LOW..HIGH or NAME=N,N, with not: or and: before it, or invert, \
                         grow[:DISTANCE] or shrink[:DISTANCE]";
 
@@ -50,7 +52,15 @@ impl SelectStep {
             None if text == "shrink" => What::Shrink(None),
             Some(("grow", rest)) => What::Grow(Some(length(rest).ok_or_else(expected)?)),
             Some(("shrink", rest)) => What::Shrink(Some(length(rest).ok_or_else(expected)?)),
-            Some(("box", rest)) => What::Region(Region::Box(crop_box(rest)?)),
+            Some(("box", rest)) => match rest.splitn(3, ':').collect::<Vec<_>>()[..] {
+                [low, high, degrees] => {
+                    let corners = crop_box(&format!("{low}:{high}"))?;
+                    let degrees: Option<f64> = degrees.trim().parse().ok();
+                    let degrees = degrees.filter(|degrees| degrees.is_finite());
+                    What::TurnedBox(corners, degrees.ok_or_else(expected)?)
+                }
+                _ => What::Region(Region::Box(crop_box(rest)?)),
+            },
             Some(("sphere", rest)) => {
                 let (center, radius) = rest.split_once(':').ok_or_else(expected)?;
                 let center = place(center).ok_or_else(expected)?;
@@ -98,6 +108,13 @@ fn length(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|length: &f64| length.is_finite() && *length > 0.0)
 }
 
+/// A box between two corners, turned about its middle and the upward axis, counter-clockwise as seen from above.
+#[must_use]
+pub fn turned_box([low, high]: [DVec3; 2], degrees: f64, up: Axis) -> Region {
+    let turn = DQuat::from_axis_angle(up.direction(), degrees.to_radians());
+    Region::TurnedBox { middle: 0.5 * (low + high), half: 0.5 * (high - low), turn }
+}
+
 /// What steps select of a cloud, one after the other from nothing; where the first one leaves something out, from
 /// everything.
 ///
@@ -115,6 +132,9 @@ pub fn select(cloud: &Cloud, steps: &[SelectStep], up: Axis) -> Result<Selection
             What::Shrink(distance) => shrunk(cloud, &chosen, usual(distance))?,
             What::Component(place, distance) => {
                 chosen.combined(&component(cloud, *place, usual(distance))?, *how)?
+            }
+            What::TurnedBox(corners, degrees) => {
+                chosen.combined(&turned_box(*corners, *degrees, up).select(cloud)?, *how)?
             }
             What::Region(Region::Values { attribute, test, .. }) => {
                 let (attribute, test) = (attribute.clone(), test.clone());
@@ -180,6 +200,9 @@ mod tests {
         assert_eq!(select(&["box:0,-1,-1:3,1,1"]), [0, 1, 2, 3]);
         assert_eq!(select(&["box:0,-1,-1:3,1,1", "class=1"]), [0, 1, 2, 3, 5, 7, 9]);
         assert_eq!(select(&["box:0,-1,-1:3,1,1", "and:class=1"]), [1, 3]);
+        // Turned by a right angle it stands across the row of places.
+        assert_eq!(select(&["box:-0.1,-1,-1:6.1,1,1:180"]), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(select(&["box:0,-1,-1:6,1,1:-90.5"]), [2, 3, 4]);
         assert_eq!(select(&["not:class=1", "not:sphere:0,0,0:3"]), [4, 6, 8]);
         assert_eq!(select(&["plane:6.5,0,0:1,0,0", "grow:1.5", "invert"]), [0, 1, 2, 3, 4, 5]);
         assert_eq!(select(&["all", "shrink:1"]).len(), 10);
@@ -195,6 +218,9 @@ mod tests {
             "sphere:1,2,3:-1",
             "plane:0,0,0:0,0,0",
             "grow:x",
+            "box:0,0,0:1,1,1:x",
+            "box:0,0,0:1,1,1:inf",
+            "box:0,0,0:1,1,1:90:90",
             "not:invert",
             "a",
             "none",

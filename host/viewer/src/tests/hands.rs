@@ -13,6 +13,7 @@ use surfelshop_api::columns::COLOR;
 use surfelshop_api::params::Value;
 use surfelshop_cloud::{Cloud, How};
 use surfelshop_session::input::strokes;
+use surfelshop_session::options::select::{SelectStep, select};
 use surfelshop_session::options::{DeviceArguments, UpAxis};
 
 /// In the picture: in the middle of the sample, and beside it.
@@ -318,4 +319,108 @@ fn a_stroke_of_a_tool_that_misbehaves_is_undone_and_nothing_is_lost() {
         screen.frames();
         assert_eq!(cloud(&mut screen).history().len(), left);
     }
+}
+
+/// The middle of a handle.
+fn handle(screen: &mut Screen, name: &str) -> Pos2 {
+    screen.settle();
+    screen.frames();
+    screen.harness.get_by_label(name).rect().center()
+}
+
+/// What is selected, after it was compared with what the copied words select without a window.
+fn selected_as_typed(screen: &mut Screen) -> usize {
+    screen.frames();
+    screen.harness.get_by_label("copy for the command line").click();
+    screen.frames();
+    let copied =
+        screen.window().messages.last().unwrap().strip_prefix("copied ").unwrap().to_owned();
+    let cloud = cloud(screen);
+    let up = screen.window().document.up.axis();
+    let typed = select(&cloud, &[SelectStep::parse(&copied).unwrap()], up).unwrap();
+    let own = screen.window().views.hands.selection_of(&cloud);
+    let own: Vec<usize> = own.map_or_else(Vec::new, |own| own.indices().collect());
+    assert!(
+        typed.indices().eq(own.iter().copied()),
+        "{copied}: {} and {}",
+        typed.count(),
+        own.len()
+    );
+    own.len()
+}
+
+/// Invariant: a box selects while its handles are dragged, as the same box does on the command line
+#[test]
+fn a_box_selects_what_is_between_its_sides() {
+    let mut screen = with_brushes();
+    screen.harness.key_press_modifiers(Modifiers::SHIFT, Key::T);
+    screen.frames();
+    assert_eq!(screen.window().views.hands.mode, HandMode::Box);
+    assert_eq!(screen.window().n_selected().0, 0, "before anything is dragged");
+    let camera = screen.window().views.camera;
+    let side = handle(&mut screen, "+y side of the box");
+    drag(&mut screen, &[side, side + eframe::egui::vec2(3.0, 60.0)], Modifiers::NONE);
+    assert_eq!(screen.window().views.camera, camera, "the camera stays");
+    let few = selected_as_typed(&mut screen);
+    let side = handle(&mut screen, "+y side of the box");
+    drag(&mut screen, &[side, side - eframe::egui::vec2(0.0, 100.0)], Modifiers::NONE);
+    let more = selected_as_typed(&mut screen);
+    let of = cloud(&mut screen).len();
+    assert!(few > 50 && more > few && more < of, "{few}, {more} of {of}");
+    let edge = handle(&mut screen, "edge that turns the box");
+    drag(&mut screen, &[edge, edge + eframe::egui::vec2(70.0, 0.0)], Modifiers::NONE);
+    let turned = selected_as_typed(&mut screen);
+    let typed = screen.window().messages.last().unwrap().matches(':').count();
+    assert_eq!(typed, 3, "degrees are typed, too");
+    // What is kept stays, and another box takes from it.
+    screen.harness.get_by_label("keep").click();
+    screen.frames();
+    screen.harness.get_by_label("remove").click();
+    screen.frames();
+    assert_eq!(screen.window().n_selected().0, 0, "all of it");
+    let middle = handle(&mut screen, "middle of the box");
+    drag(&mut screen, &[middle, middle + eframe::egui::vec2(0.0, 90.0)], Modifiers::NONE);
+    let left = screen.window().n_selected().0;
+    assert!(left > 0 && left < turned, "{left} of {turned}");
+    // Around what is selected is nothing else.
+    screen.harness.get_by_label("around the selection").click();
+    screen.frames();
+    screen.harness.get_by_label("only").click();
+    screen.frames();
+    let around = screen.window().n_selected().0;
+    assert!(around >= left, "{around} around {left}");
+    // Beside handles a drag moves the camera.
+    let beside = pos2(820.0, 480.0);
+    drag(&mut screen, &[beside, beside + eframe::egui::vec2(40.0, 0.0)], Modifiers::NONE);
+    assert_ne!(screen.window().views.camera, camera);
+}
+
+/// Invariant: a plane lies where the cloud is clicked, and its sides have all surfels between them
+#[test]
+fn a_plane_selects_one_side() {
+    let mut screen = with_brushes();
+    screen.harness.key_press_modifiers(Modifiers::SHIFT, Key::L);
+    screen.frames();
+    screen.settle();
+    // Beside the handles.
+    let at = MIDDLE + eframe::egui::vec2(-40.0, 30.0);
+    drag(&mut screen, &[at], Modifiers::NONE);
+    let one = selected_as_typed(&mut screen);
+    screen.harness.get_by_label("flip").click();
+    screen.frames();
+    let other = selected_as_typed(&mut screen);
+    let of = cloud(&mut screen).len();
+    assert!(one > 0 && other > 0, "{one} and {other}");
+    assert!((of..of + 3).contains(&(one + other)), "{one} and {other} of {of}");
+    screen.harness.get_by_label("level").click();
+    screen.frames();
+    let level = selected_as_typed(&mut screen);
+    let place = handle(&mut screen, "place of the plane");
+    drag(&mut screen, &[place, place + eframe::egui::vec2(0.0, 15.0)], Modifiers::NONE);
+    let lower = selected_as_typed(&mut screen);
+    assert!(lower > level, "{lower} above a lower plane, {level} above the one before");
+    let tip = handle(&mut screen, "direction of the plane");
+    drag(&mut screen, &[tip, tip + eframe::egui::vec2(80.0, 10.0)], Modifiers::NONE);
+    let tilted = selected_as_typed(&mut screen);
+    assert!(tilted != lower && lower < of, "{tilted} after {lower} of {of}");
 }

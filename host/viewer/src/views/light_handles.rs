@@ -30,6 +30,14 @@ pub(crate) struct HandleInteraction {
     pub(crate) hovered: Option<Pos2>,
 }
 
+impl HandleInteraction {
+    /// That with these handles or with others.
+    pub(crate) fn or(self, other: Self) -> Self {
+        let hovered = other.hovered.or(self.hovered);
+        Self { dragged: self.dragged || other.dragged, hovered }
+    }
+}
+
 /// The part of a light that a handle moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Part {
@@ -111,12 +119,12 @@ pub(crate) fn show(
 }
 
 /// One of a pane's pictures.
-struct Picture {
-    view: View,
-    rect: Rect,
-    painter: Painter,
+pub(super) struct Picture {
+    pub(super) view: View,
+    pub(super) rect: Rect,
+    pub(super) painter: Painter,
     /// Whether the pointer is over the pane.
-    is_over: bool,
+    pub(super) is_over: bool,
 }
 
 impl Picture {
@@ -125,12 +133,12 @@ impl Picture {
     }
 
     /// The point of the screen at a position in the picture.
-    fn on_screen(&self, position: DVec2) -> Pos2 {
+    pub(super) fn on_screen(&self, position: DVec2) -> Pos2 {
         self.rect.center() + Vec2::from(position.as_vec2().to_array()) * self.rect.height()
     }
 
     /// The position in the picture of a point of the screen.
-    fn position(&self, at: Pos2) -> DVec2 {
+    pub(super) fn position(&self, at: Pos2) -> DVec2 {
         let offset = at - self.rect.center();
         DVec2::new(f64::from(offset.x), f64::from(offset.y)) / self.height()
     }
@@ -195,20 +203,15 @@ impl Picture {
 
     /// Moves a light with the pointer: across the picture, or along the line of sight.
     fn drag(&self, ui: &Ui, handle: &Handle, light: &mut Light, response: &Response, at: Pos2) {
-        let Some(pointer) = response.interact_pointer_pos() else { return };
-        let (origin, modifiers) =
-            ui.ctx().input(|input| (input.pointer.press_origin(), input.modifiers));
-        // The offset from the handle to the pointer, which stays as it was at the start.
+        let modifiers = ui.ctx().input(|input| input.modifiers);
         let is_first = response.drag_started();
-        let held = handle.id.with("held");
-        let grab = match ui.ctx().data(|data| data.get_temp::<Vec2>(held)) {
-            Some(grab) if !is_first => grab,
-            _ => origin.unwrap_or(pointer) - at,
-        };
         let delta = response.drag_delta();
         let along = modifiers.shift || modifiers.alt;
-        let grab = if along && !is_first { pointer - at } else { grab };
-        ui.ctx().data_mut(|data| data.insert_temp(held, grab));
+        if along && !is_first {
+            // It is held anew where it is after the drag along the line of sight.
+            forget_grab(ui, response);
+        }
+        let Some(to) = grabbed(ui, response, at) else { return };
         if delta == Vec2::ZERO && !is_first {
             return;
         }
@@ -216,7 +219,7 @@ impl Picture {
         let Some(point) = position_of(light, handle.part) else { return };
         let moved = match along {
             true => picking::drag_along(self.camera(), *point, -f64::from(delta.y) / self.height()),
-            false => picking::drag_across(self.camera(), *point, self.position(pointer - grab)),
+            false => picking::drag_across(self.camera(), *point, self.position(to)),
         };
         *point = moved.unwrap_or(*point);
         if !has_direction(light) {
@@ -237,8 +240,29 @@ fn color_of(light: &Light) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
+/// Where a handle `at` a place is dragged to: the pointer holds it where it took it.
+pub(super) fn grabbed(ui: &Ui, response: &Response, at: Pos2) -> Option<Pos2> {
+    let pointer = response.interact_pointer_pos()?;
+    let origin = ui.ctx().input(|input| input.pointer.press_origin());
+    let held = response.id.with("held");
+    let is_first = response.drag_started();
+    let grab = match ui.ctx().data(|data| data.get_temp::<Option<Vec2>>(held)).flatten() {
+        Some(grab) if !is_first => grab,
+        _ if is_first => origin.unwrap_or(pointer) - at,
+        None => pointer - at,
+        Some(grab) => grab,
+    };
+    ui.ctx().data_mut(|data| data.insert_temp(held, Some(grab)));
+    Some(pointer - grab)
+}
+
+/// Has a handle held where the pointer is now.
+fn forget_grab(ui: &Ui, response: &Response) {
+    ui.ctx().data_mut(|data| data.insert_temp(response.id.with("held"), None::<Vec2>));
+}
+
 /// A disc that is visible on any background.
-fn disc(painter: &Painter, at: Pos2, radius: f32, color: Color32) {
+pub(super) fn disc(painter: &Painter, at: Pos2, radius: f32, color: Color32) {
     painter.circle_filled(at, radius + 2.0, Color32::WHITE);
     painter.circle_filled(at, radius + 1.0, Color32::BLACK);
     painter.circle_filled(at, radius - 1.0, color);

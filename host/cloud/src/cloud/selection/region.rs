@@ -4,7 +4,7 @@ use super::{Selection, SelectionError};
 use crate::cloud::Cloud;
 use crate::cloud::axis::Axis;
 use crate::display::{Attribute, FilterTest, numbers};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// Some of space, or some numbers; places are in world space.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,15 @@ pub enum Region {
     All,
     /// Between two corners, ends included.
     Box([DVec3; 2]),
+    /// In a box that is turned about its middle, ends included.
+    TurnedBox {
+        /// The middle.
+        middle: DVec3,
+        /// From there to each pair of sides, scene units.
+        half: DVec3,
+        /// How the box is turned.
+        turn: DQuat,
+    },
     /// At most so far from a place, scene units.
     Sphere {
         /// The middle.
@@ -53,6 +62,10 @@ impl Region {
                 let place = place(i);
                 place.cmpge(*low).all() && place.cmple(*high).all()
             }),
+            Self::TurnedBox { middle, half, turn } => {
+                let back = turn.inverse();
+                Selection::of(len, |i| (back * (place(i) - *middle)).abs().cmple(*half).all())
+            }
             Self::Sphere { center, radius } => {
                 Selection::of(len, |i| place(i).distance_squared(*center) <= radius * radius)
             }

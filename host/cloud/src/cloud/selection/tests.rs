@@ -5,7 +5,7 @@ use crate::cloud::buffer::Buffer;
 use crate::cloud::changes::changed_rows;
 use crate::cloud::column::Column;
 use crate::display::{Attribute, FilterTest};
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use surfelshop_api::{Camera, Projection, View};
 
 /// A square of n x n surfels in the plane z = 0 and another one behind it at z = -1, at a scale and a place.
@@ -75,6 +75,21 @@ fn regions_are_in_world_space_at_any_scale() {
         let count = |region: Region| region.select(&cloud).unwrap().count();
         assert_eq!(count(Region::All), 200);
         assert_eq!(count(Region::Box([at(-1.0, -1.0, -0.5), at(0.0, 1.0, 0.5)])), 50);
+        // Half of a sheet is on either side of its diagonal.
+        let diamond = |degrees: f64| Region::TurnedBox {
+            middle: at(0.0, 0.0, 0.0),
+            half: DVec3::new(0.7, 0.7, 0.1) * size,
+            turn: DQuat::from_rotation_z(degrees.to_radians()),
+        };
+        let turned = count(diamond(45.0));
+        let straight = count(diamond(0.0));
+        let in_diamond = |i: usize| {
+            let place = cloud.world_position(i).unwrap() - origin;
+            (place.x.abs() + place.y.abs()) <= 0.7 * size * std::f64::consts::SQRT_2
+                && place.z.abs() <= 0.1 * size
+        };
+        assert_eq!(turned, (0..cloud.len()).filter(|&i| in_diamond(i)).count());
+        assert!(turned != straight && straight > 0, "{turned} and {straight}");
         assert_eq!(count(Region::Sphere { center: at(0.0, 0.0, 0.0), radius: 0.1 * size }), 4);
         let plane = Region::Plane { point: at(0.0, 0.0, -0.5), normal: DVec3::NEG_Z };
         assert_eq!(count(plane), 100);

@@ -7,6 +7,18 @@ use crate::theme::Icon;
 use crate::views::hands::HandMode;
 use eframe::egui::Key;
 
+/// A command that shows handles.
+macro_rules! handles {
+    ($id:literal, $name:literal, $icon:ident, $about:literal, $mode:ident, $key:ident) => {
+        Command::new(($id, $name, Icon::$icon), Menu::Select, $about, |window, _| {
+            window.toggle_handles(HandMode::$mode)
+        })
+        .keys(&[shift(Key::$key)])
+        .when(has_document)
+        .state(|window| window.views.hands.mode == HandMode::$mode)
+    };
+}
+
 /// A command that lets a drag do something.
 macro_rules! mode {
     ($id:literal, $name:literal, $icon:ident, $about:literal, $mode:ident, $key:ident) => {
@@ -19,7 +31,7 @@ macro_rules! mode {
     };
 }
 
-pub(super) static HANDS: [Command; 18] = [
+pub(super) static HANDS: [Command; 20] = [
     mode!(
         "select-rectangle",
         "Select by a rectangle",
@@ -43,6 +55,22 @@ pub(super) static HANDS: [Command; 18] = [
         "Selects the surfels that a sphere goes over; again: drags move the camera.",
         Brush,
         C
+    ),
+    handles!(
+        "select-box",
+        "Select by a box",
+        Box,
+        "Selects the surfels in a box, whose sides are dragged; again: hides the box.",
+        Box,
+        T
+    ),
+    handles!(
+        "select-plane",
+        "Select by a plane",
+        SquareSplitVertical,
+        "Selects the surfels on one side of a plane; again: hides the plane.",
+        Plane,
+        L
     ),
     Command::new(
         ("lead-tool", "Lead a tool by hand", Icon::Brush),

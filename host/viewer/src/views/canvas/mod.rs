@@ -124,6 +124,7 @@ impl Panes<'_> {
         measuring::show(self.window, ui, id, &pictures);
         self.what_it_waits_for(ui, &painter, id);
         let handles = light_handles::show(self.window, ui, id, &rects, response.contains_pointer());
+        let handles = handles.or(hands::show_handles(self.window, ui, id, &rects));
         let axes = orientation::show_axes(self.window, ui, id, &rects);
         if response.clicked() || response.dragged() || handles.dragged || axes.dragged {
             self.window.views.focused = id;
@@ -148,6 +149,7 @@ impl Panes<'_> {
             self.mouse(ui, &response, id, size, (over, is_taken));
             measuring::over_picture(self.window, ui, &response, id, &rects);
             hands::click_pairs(self.window, ui, &response, id);
+            hands::click_plane(self.window, &response, id, &rects);
         }
         let focused = self.window.views.focused == id && self.window.settings.panes.len() > 1;
         if focused {

@@ -40,7 +40,7 @@ pub(in crate::views) fn over_picture(
     window.advance_stroke(ui.ctx());
     let moves_camera = matches!(
         window.views.hands.mode,
-        HandMode::Camera | HandMode::Measure(_) | HandMode::Pairs
+        HandMode::Camera | HandMode::Measure(_) | HandMode::Pairs | HandMode::Box | HandMode::Plane
     );
     if moves_camera || window.document.complete_clouds().is_none() {
         return false;
@@ -79,7 +79,7 @@ pub(in crate::views) fn over_picture(
 }
 
 /// The picture under a place, where it has depths.
-fn picture_at(window: &Window, pane: u32, rects: &[Rect], at: Pos2) -> Option<Picture> {
+pub(super) fn picture_at(window: &Window, pane: u32, rects: &[Rect], at: Pos2) -> Option<Picture> {
     let side = rects.iter().position(|rect| rect.contains(at))?;
     let shown = window.views.panes.get(&pane)?.sides.get(side)?.shown.as_ref()?;
     let depth = distances(shown.rendered.depth.as_ref()?);

@@ -1,7 +1,7 @@
 //! Hands on the cloud: surfels are selected in a picture, and tools are led over it.
 //!
 //! `state` holds what a hand does and what is selected, `actions` changes it, `gesture` follows the pointer, `place` finds what lies under
-//! it, `select` and `stroke` do what a gesture means, `pairs` clicks places for a tool, `edits` does something with what is selected, `hide` hides it, and `options` and
+//! it, `select` and `stroke` do what a gesture means, `handles` selects by a box or a plane, `pairs` clicks places for a tool, `edits` does something with what is selected, `hide` hides it, and `options` and
 //! `cursor` show it.
 //!
 //! Invariants: a gesture changes nothing in settings; a stroke is one step of undo; what fails leaves the cloud as it
@@ -11,6 +11,7 @@ mod actions;
 mod cursor;
 mod edits;
 mod gesture;
+mod handles;
 mod hide;
 mod options;
 mod pairs;
@@ -22,6 +23,7 @@ mod stroke_run;
 
 pub(crate) use edits::{status, unused};
 pub(super) use gesture::over_picture;
+pub(super) use handles::{click_plane, show as show_handles};
 pub(crate) use options::show as show_options;
 pub(crate) use pairs::can_be_picked;
 pub(super) use pairs::{figures as pair_figures, over_picture as click_pairs};

@@ -1,6 +1,7 @@
 //! What a hand does, in a small window over the pictures: how large it is, what else is selected, and the parameters of
 //! a tool.
 
+use super::handles;
 use super::pairs::{self, can_be_picked};
 use super::state::HandMode;
 use crate::commands::{find, icon_button};
@@ -71,7 +72,8 @@ fn radius(window: &mut Window, ui: &mut Ui) {
 
 fn select(window: &mut Window, ui: &mut Ui) {
     ui.horizontal(|ui| {
-        for id in ["select-rectangle", "select-lasso", "select-brush"] {
+        for id in ["select-rectangle", "select-lasso", "select-brush", "select-box", "select-plane"]
+        {
             icon_button(window, ui, id);
         }
         ui.separator();
@@ -79,13 +81,17 @@ fn select(window: &mut Window, ui: &mut Ui) {
             icon_button(window, ui, id);
         }
     });
-    if window.views.hands.mode == HandMode::Brush {
-        radius(window, ui);
-    } else {
-        ui.checkbox(&mut window.views.hands.through, "also what lies behind")
-            .on_hover_text("Selects all that is in the shape, and not only what is seen.");
+    match window.views.hands.mode {
+        HandMode::Box | HandMode::Plane => handles::show_options(window, ui),
+        HandMode::Brush => radius(window, ui),
+        _ => {
+            ui.checkbox(&mut window.views.hands.through, "also what lies behind")
+                .on_hover_text("Selects all that is in the shape, and not only what is seen.");
+        }
     }
-    ui.weak("Shift adds, Ctrl removes, Shift+Ctrl intersects.");
+    if window.views.hands.mode.selects() {
+        ui.weak("Shift adds, Ctrl removes, Shift+Ctrl intersects.");
+    }
     let (n, of) = window.n_selected();
     ui.separator();
     ui.label(format!("{} of {} surfels", in_groups(n as u64), in_groups(of as u64)));

@@ -19,6 +19,8 @@ impl Window {
             HandMode::Camera
             | HandMode::Rectangle
             | HandMode::Lasso
+            | HandMode::Box
+            | HandMode::Plane
             | HandMode::Measure(_)
             | HandMode::Pairs => {}
         }
@@ -28,7 +30,11 @@ impl Window {
     /// Does what a gesture meant.
     pub(super) fn end_gesture(&mut self, ctx: &Context, gesture: Gesture) {
         match self.views.hands.mode.clone() {
-            HandMode::Camera | HandMode::Measure(_) | HandMode::Pairs => {}
+            HandMode::Camera
+            | HandMode::Box
+            | HandMode::Plane
+            | HandMode::Measure(_)
+            | HandMode::Pairs => {}
             HandMode::Brush => {
                 self.views.hands.gesture = Some(gesture);
                 self.select_along();
@@ -100,7 +106,11 @@ impl Window {
     }
 
     /// Of a selection what filters show.
-    fn only_shown(&self, place: usize, chosen: Selection) -> Result<Selection, SelectionError> {
+    pub(super) fn only_shown(
+        &self,
+        place: usize,
+        chosen: Selection,
+    ) -> Result<Selection, SelectionError> {
         let shown = self.document.clouds.as_ref();
         let Some(rows) = shown.and_then(|shown| shown.displayed.rows(place)) else {
             return Ok(chosen);

@@ -1,5 +1,6 @@
 //! What a hand does, and what is selected.
 
+use super::handles::Handles;
 use super::pairs::Pairing;
 use super::place::Picture;
 use super::stroke_run::StrokeRun;
@@ -27,6 +28,10 @@ pub(crate) enum HandMode {
     Lasso,
     /// It selects what it goes over.
     Brush,
+    /// It moves the camera, or handles of a box, which selects what is in it.
+    Box,
+    /// The same of a plane, which selects what lies before it.
+    Plane,
     /// It leads a tool, by its name in the registry.
     Tool(String),
     /// It moves the camera, and clicks measure.
@@ -54,6 +59,12 @@ pub(crate) fn hint(mode: &HandMode) -> Option<&'static str> {
         HandMode::Measure(kind) => measuring::hint(*kind),
         HandMode::Pairs => {
             "Click places that belong together; Backspace takes the last one back, Escape ends; drags move the camera"
+        }
+        HandMode::Box => {
+            "Drag the dots to change the box, which selects what is in it; other drags move the camera, Escape ends"
+        }
+        HandMode::Plane => {
+            "Drag the dots to move and tilt the plane, or click the cloud; other drags move the camera, Escape ends"
         }
         HandMode::Rectangle => {
             "Drag a rectangle to select, Shift adds, Ctrl removes; middle drag to turn, Escape ends"
@@ -105,6 +116,8 @@ pub(crate) struct Hands {
     pub(super) stroke: Option<StrokeRun>,
     /// The pairs that are clicked.
     pub(crate) pairing: Option<Pairing>,
+    /// The box and the plane that select.
+    pub(super) handles: Handles,
     /// What was done last, in a few words.
     pub(crate) said: String,
     /// What is selected of clouds, by the generation of their places; the last ones.
@@ -123,6 +136,7 @@ impl Default for Hands {
             gesture: None,
             stroke: None,
             pairing: None,
+            handles: Handles::default(),
             said: String::new(),
             selections: Vec::new(),
         }
