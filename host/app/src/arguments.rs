@@ -188,7 +188,7 @@ pub(crate) struct SelectArguments {
     /// repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = ColumnValue::parse)]
     pub(crate) set: Vec<ColumnValue>,
-    /// The axis that `height` is along [default: that of the file, else y].
+    /// The axis that `height` is along, and that boxes are turned about [default: that of the file, else y].
     #[arg(
         long,
         value_enum,

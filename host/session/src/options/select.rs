@@ -200,14 +200,32 @@ mod tests {
         assert_eq!(select(&["box:0,-1,-1:3,1,1"]), [0, 1, 2, 3]);
         assert_eq!(select(&["box:0,-1,-1:3,1,1", "class=1"]), [0, 1, 2, 3, 5, 7, 9]);
         assert_eq!(select(&["box:0,-1,-1:3,1,1", "and:class=1"]), [1, 3]);
-        // Turned by a right angle it stands across the row of places.
         assert_eq!(select(&["box:-0.1,-1,-1:6.1,1,1:180"]), [0, 1, 2, 3, 4, 5, 6]);
+        // Turned by about a right angle it stands across the row of places.
         assert_eq!(select(&["box:0,-1,-1:6,1,1:-90.5"]), [2, 3, 4]);
         assert_eq!(select(&["not:class=1", "not:sphere:0,0,0:3"]), [4, 6, 8]);
         assert_eq!(select(&["plane:6.5,0,0:1,0,0", "grow:1.5", "invert"]), [0, 1, 2, 3, 4, 5]);
         assert_eq!(select(&["all", "shrink:1"]).len(), 10);
         assert_eq!(select(&["component:-5,0,0:0.5"]), [0]);
         assert_eq!(select(&["component:-5,0,0:1"]).len(), 10);
+    }
+
+    #[test]
+    fn boxes_are_turned_counter_clockwise_as_seen_from_above() {
+        let (sin, cos) = 30f32.to_radians().sin_cos();
+        // A place at the end of a long box, and its mirror image, with z, y and -z upwards.
+        for (up, places) in [
+            (Axis::PlusZ, [[2.9 * cos, 2.9 * sin, 0.0], [2.9 * cos, -2.9 * sin, 0.0]]),
+            (Axis::PlusY, [[2.9 * cos, 0.0, -2.9 * sin], [2.9 * cos, 0.0, 2.9 * sin]]),
+            (Axis::MinusZ, [[2.9 * cos, -2.9 * sin, 0.0], [2.9 * cos, 2.9 * sin, 0.0]]),
+        ] {
+            let position = Buffer::F32(places.into_iter().flatten().collect());
+            let columns = vec![Column::new("position", 3, position)];
+            let cloud = Cloud::new(DVec3::ZERO, columns).unwrap();
+            let step = SelectStep::parse("box:-3,-0.3,-0.3:3,0.3,0.3:30").unwrap();
+            let chosen = select(&cloud, &[step], up).unwrap();
+            assert_eq!(chosen.indices().collect::<Vec<_>>(), [0], "{up:?}");
+        }
     }
 
     #[test]

@@ -94,23 +94,29 @@ impl Window {
     ) {
         for (_, place, cloud) in self.hand_clouds() {
             let before = gesture.before.get(place).cloned().flatten();
-            let combined = Selection::none(cloud.len()).and_then(|none| {
-                let shown = self.only_shown(place, select(&cloud, none.clone())?)?;
-                before.as_deref().unwrap_or(&none).combined(&shown, gesture.how)
-            });
-            match combined {
+            let select = |none| select(&cloud, none);
+            match self.combined_selection(place, &cloud, (before.as_deref(), gesture.how), select) {
                 Ok(chosen) => self.views.hands.set_selection(&cloud, Some(Arc::new(chosen))),
                 Err(error) => self.messages.warn(error.to_string()),
             }
         }
     }
 
-    /// Of a selection what filters show.
-    pub(super) fn only_shown(
+    /// What is selected of a cloud that is shown, together with what was selected before.
+    pub(super) fn combined_selection(
         &self,
         place: usize,
-        chosen: Selection,
+        cloud: &Cloud,
+        (before, how): (Option<&Selection>, Combine),
+        select: impl FnOnce(Selection) -> Result<Selection, SelectionError>,
     ) -> Result<Selection, SelectionError> {
+        let none = Selection::none(cloud.len())?;
+        let shown = self.only_shown(place, select(none.clone())?)?;
+        before.unwrap_or(&none).combined(&shown, how)
+    }
+
+    /// Of a selection what filters show.
+    fn only_shown(&self, place: usize, chosen: Selection) -> Result<Selection, SelectionError> {
         let shown = self.document.clouds.as_ref();
         let Some(rows) = shown.and_then(|shown| shown.displayed.rows(place)) else {
             return Ok(chosen);

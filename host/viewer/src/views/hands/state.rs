@@ -143,7 +143,7 @@ impl Default for Hands {
     }
 }
 
-fn key(cloud: &Cloud) -> Option<u64> {
+pub(super) fn key(cloud: &Cloud) -> Option<u64> {
     cloud.column(POSITION).map(|column| column.generation())
 }
 

@@ -1,13 +1,12 @@
 //! What the window does with a box and a plane.
 
 use super::shape::{BoxShape, PlaneShape, Shape};
+use super::state::Made;
 use crate::views::hands::place::rounded;
-use crate::views::hands::state::HandMode;
+use crate::views::hands::state::{HandMode, key};
 use crate::window::Window;
 use glam::DVec3;
 use std::sync::Arc;
-use surfelshop_api::columns::POSITION;
-use surfelshop_cloud::Cloud;
 use surfelshop_cloud::selection::{Combine, Selection};
 
 /// What a new box leaves of the bounds of all clouds: so its sides lie within the picture.
@@ -16,30 +15,39 @@ const FIRST: f64 = 0.6;
 /// While a handle is dragged, surfels are selected as it moves where there are at most so many: more would hold it up.
 const AT_ONCE: usize = 2_000_000;
 
-fn key(cloud: &Cloud) -> u64 {
-    cloud.column(POSITION).map_or(0, surfelshop_cloud::Column::generation)
-}
+/// A shape that was used before is kept where clouds are about as large, between these factors, and it meets them.
+const ALIKE: std::ops::Range<f64> = 1e-3..1e3;
 
 impl Window {
     /// Selects by a box or a plane; drags move the camera again where that is so already.
     pub(crate) fn toggle_handles(&mut self, mode: HandMode) {
-        let bounds = self.bounds_of_surfels(false);
         self.toggle_hand(mode);
-        self.keep_selection_of_handles();
-        let (Some([low, high]), handles) = (bounds, &mut self.views.hands.handles) else { return };
+        self.views.hands.handles.made.clear();
+        let Some([low, high]) = self.bounds_of_surfels(false) else { return };
+        let handles = &mut self.views.hands.handles;
+        let size = (high - low).max_element();
         // Of other clouds they may be far away.
-        let is_near = |place: DVec3| place.cmpge(low).all() && place.cmple(high).all();
-        handles.of_box = handles.of_box.filter(|shape| is_near(0.5 * (shape.low + shape.high)));
-        handles.of_plane = handles.of_plane.filter(|shape| is_near(shape.point));
+        let fits = |corners: [DVec3; 2]| {
+            let share = (corners[1] - corners[0]).max_element() / size;
+            let meets = corners[1].cmpge(low).all() && corners[0].cmple(high).all();
+            meets && (size <= 0.0 || ALIKE.contains(&share))
+        };
+        handles.of_box = handles.of_box.filter(|shape| fits([shape.low, shape.high]));
+        handles.of_plane = handles
+            .of_plane
+            .filter(|shape| fits([shape.point - shape.reach, shape.point + shape.reach]));
+        if let Some(shape) = self.shape() {
+            self.set_shape(shape);
+        }
+        // What is selected already is not taken away before a handle moves.
+        if self.n_selected().0 == 0 {
+            self.select_by_shape(true);
+        }
     }
 
     /// What is selected now stays as it is while handles move.
     pub(super) fn keep_selection_of_handles(&mut self) {
-        let selected = self
-            .hand_clouds()
-            .into_iter()
-            .filter_map(|(.., cloud)| Some((key(&cloud), self.views.hands.selection_of(&cloud)?)));
-        self.views.hands.handles.before = selected.collect();
+        self.views.hands.handles.made.clear();
     }
 
     /// The box or the plane that is shown.
@@ -49,20 +57,18 @@ impl Window {
             HandMode::Box => {
                 let first = || {
                     let [low, high] = self.bounds_of_surfels(false)?;
-                    let (middle, half) = (0.5 * (low + high), 0.5 * FIRST * (high - low));
-                    let thinnest = DVec3::splat(1e-3 * half.max_element().max(f64::MIN_POSITIVE));
-                    let half = half.max(thinnest);
-                    Some(BoxShape { low: middle - half, high: middle + half, degrees: 0.0 })
+                    Some(box_around(0.5 * (low + high), 0.5 * FIRST * (high - low)))
                 };
                 handles.of_box.or_else(first).map(Shape::Box)
             }
             HandMode::Plane => {
                 let first = || {
                     let [low, high] = self.bounds_of_surfels(false)?;
+                    let around = box_around(0.5 * (low + high), 0.5 * FIRST * (high - low));
                     Some(PlaneShape {
                         point: 0.5 * (low + high),
                         normal: self.document.up.axis().direction(),
-                        reach: (0.5 * FIRST * (high - low).max_element()).max(f64::MIN_POSITIVE),
+                        reach: 0.5 * (around.high - around.low).max_element(),
                     })
                 };
                 handles.of_plane.or_else(first).map(Shape::Plane)
@@ -71,23 +77,28 @@ impl Window {
         }
     }
 
-    /// Changes it. Places have few digits, so that what is typed of them is short.
-    pub(super) fn set_shape(&mut self, shape: Shape) {
+    /// Changes it; whether it is another one. Places have few digits, so that what is typed of them is short.
+    pub(super) fn set_shape(&mut self, shape: Shape) -> bool {
+        let before = self.shape();
         let handles = &mut self.views.hands.handles;
         match shape {
             Shape::Box(BoxShape { low, high, degrees }) => {
                 let size = (high - low).max_element();
                 let (low, high) = (rounded(low, size), rounded(high, size));
                 let degrees = (degrees * 100.0).round() / 100.0;
-                if low.cmplt(high).all() {
-                    handles.of_box = Some(BoxShape { low, high, degrees });
-                }
+                let round = BoxShape { low, high, degrees };
+                // What rounding or typing made flat has the thickness that new boxes have at least.
+                let is_flat = !low.cmplt(high).all();
+                let thick = || box_around(0.5 * (low + high), 0.5 * (high - low));
+                handles.of_box =
+                    Some(if is_flat { BoxShape { degrees, ..thick() } } else { round });
             }
             Shape::Plane(PlaneShape { point, normal, reach }) => {
                 let (point, normal) = (rounded(point, reach), rounded(normal, 1.0));
                 handles.of_plane = Some(PlaneShape { point, normal, reach });
             }
         }
+        self.shape() != before
     }
 
     /// Selects by it, if `at_rest` or where that is quick.
@@ -98,25 +109,28 @@ impl Window {
         let region = shape.region(self.document.up.axis());
         let how = self.views.hands.handles.how;
         for (_, place, cloud) in clouds {
-            let handles = &self.views.hands.handles;
-            let before = handles.before.iter().find(|(own, _)| *own == key(&cloud));
-            let combined = Selection::none(cloud.len()).and_then(|none| {
-                let shown = self.only_shown(place, region.select(&cloud)?)?;
-                before.map_or(&none, |(_, before)| before).combined(&shown, how)
-            });
-            match combined {
-                Ok(chosen) => self.views.hands.set_selection(&cloud, Some(Arc::new(chosen))),
+            let Some(key) = key(&cloud) else { continue };
+            let hands = &self.views.hands;
+            let before = hands.handles.before(key, hands.selection_of(&cloud));
+            let select = |_: Selection| region.select(&cloud);
+            match self.combined_selection(place, &cloud, (before.as_deref(), how), select) {
+                Ok(chosen) => {
+                    let after = Arc::new(chosen);
+                    let hands = &mut self.views.hands;
+                    hands.set_selection(&cloud, Some(Arc::clone(&after)));
+                    hands.handles.made.insert(key, Made { before, after });
+                }
                 Err(error) => self.messages.warn(error.to_string()),
             }
         }
     }
 
-    /// Puts the box around all surfels, or around those that are selected.
-    pub(super) fn fit_box(&mut self, selected: bool) {
-        let Some([low, high]) = self.bounds_of_surfels(selected) else { return };
+    /// The box around all surfels, or around those that are selected.
+    pub(super) fn fitted_box(&self, selected: bool) -> Option<BoxShape> {
+        let [low, high] = self.bounds_of_surfels(selected)?;
         // None lies outside for rounding.
-        let more = DVec3::splat(1e-3 * (high - low).max_element().max(f64::MIN_POSITIVE));
-        self.set_shape(Shape::Box(BoxShape { low: low - more, high: high + more, degrees: 0.0 }));
+        let half = 0.5 * (high - low) + 1e-3 * (high - low).max_element();
+        Some(box_around(0.5 * (low + high), half))
     }
 
     /// Does something else with what was selected before.
@@ -127,19 +141,31 @@ impl Window {
 
     /// The bounds of the visible clouds' surfels, or of what is selected of them.
     fn bounds_of_surfels(&self, selected: bool) -> Option<[DVec3; 2]> {
+        let shown = self.document.clouds.as_ref()?;
         let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        for (.., cloud) in self.hand_clouds() {
+        for (_, place, cloud) in self.hand_clouds() {
             let mut take = |[low, high]: [DVec3; 2]| {
                 bounds = [bounds[0].min(low), bounds[1].max(high)];
             };
-            if !selected {
-                let facts = cloud.facts();
+            if !selected && !cloud.is_empty() {
+                // The facts of these are known, and of copies they would be found anew.
+                let known = shown.open_clouds.clouds.loaded.get(place);
+                let facts = known.map_or(&cloud, |known| &known.cloud).facts();
                 take([facts.bounds_min, facts.bounds_max]);
-            } else if let Some(selection) = self.views.hands.selection_of(&cloud) {
+            } else if selected && let Some(selection) = self.views.hands.selection_of(&cloud) {
                 let places = selection.indices().filter_map(|i| cloud.world_position(i));
                 places.for_each(|place| take([place, place]));
             }
         }
         bounds[0].cmple(bounds[1]).all().then_some(bounds)
     }
+}
+
+/// A box about a middle, nowhere thinner than a thousandth of its size; of a single place as large as rounding allows to
+/// be seen, else a unit.
+fn box_around(middle: DVec3, half: DVec3) -> BoxShape {
+    let size = half.max_element();
+    let least = if size > 0.0 { 1e-3 * size } else { 0.5 };
+    let half = half.max(DVec3::splat(least.max(1e-9 * middle.abs().max_element())));
+    BoxShape { low: middle - half, high: middle + half, degrees: 0.0 }
 }

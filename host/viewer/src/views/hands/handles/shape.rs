@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use surfelshop_cloud::scene::Axis;
-use surfelshop_cloud::selection::Region;
+use surfelshop_cloud::selection::{Combine, Region};
 use surfelshop_session::options::select::turned_box;
 
 /// A box is at least so thin, in shares of its largest side.
@@ -94,13 +94,16 @@ impl Part {
     }
 }
 
-/// The place of a line that is nearest to a line of sight; none where these are all but parallel.
+/// The place of a line that is nearest to a line of sight; none where these are all but parallel, or it lies behind the
+/// eye.
 fn nearest_on_line(place: DVec3, direction: DVec3, sight: &Sight) -> Option<DVec3> {
     let between = place - sight.start;
     let cosine = direction.dot(sight.direction);
     let apart = 1.0 - cosine * cosine;
     let along = (cosine * sight.direction.dot(between) - direction.dot(between)) / apart;
-    (apart > 1e-4 && along.is_finite()).then(|| place + direction * along)
+    let nearest = place + direction * along;
+    let is_ahead = (nearest - sight.start).dot(sight.direction) > 0.0;
+    (apart > 1e-4 && along.is_finite() && is_ahead).then_some(nearest)
 }
 
 /// The axes that are not upwards: the second is the first one turned by a right angle about the upward one.
@@ -152,15 +155,16 @@ impl BoxShape {
             at[axis] = if far { 1.0 } else { -1.0 };
             (Part::Side(axis, far), self.place(up, at))
         };
-        let mut handles = vec![(Part::Middle, self.middle()), (Part::Edge, self.edge(up))];
-        handles.extend((0..6).map(|i| side(i / 2, i % 2 == 1)));
+        // Seen along an axis its sides lie where the middle is, and cannot be moved.
+        let mut handles: Vec<_> = (0..6).map(|i| side(i / 2, i % 2 == 1)).collect();
+        handles.extend([(Part::Edge, self.edge(up)), (Part::Middle, self.middle())]);
         handles
     }
 
-    /// The middle of the edge that turns it.
+    /// The upper end of the edge that turns it: from no side is it seen where another handle is.
     fn edge(&self, up: Axis) -> DVec3 {
         let mut at = DVec3::ONE;
-        at[up.index()] = 0.0;
+        at[up.index()] = up.sign();
         self.place(up, at)
     }
 
@@ -190,11 +194,9 @@ impl BoxShape {
                 let (edge, upwards) = (self.edge(up), up.direction());
                 let steep = sight.direction.dot(upwards);
                 // Seen from the side a drag says nothing of how far away the edge is to be.
-                let to = match steep.abs() > 0.2 {
-                    true => {
-                        let away = (edge - sight.start).dot(upwards) / steep;
-                        sight.start + sight.direction * away
-                    }
+                let away = (edge - sight.start).dot(upwards) / steep;
+                let to = match steep.abs() > 0.2 && away > 0.0 {
+                    true => sight.start + sight.direction * away,
                     false => across?,
                 };
                 let [first, second] = level_axes(up);
@@ -262,15 +264,22 @@ impl Shape {
     }
 
     /// The same for `surfelshop select`, which selects what [`region`](Self::region) does.
-    pub(super) fn typed(&self) -> String {
+    pub(super) fn typed(&self, how: Combine, up: Axis) -> String {
         let place = |p: DVec3| format!("{},{},{}", p.x, p.y, p.z);
+        let how = match how {
+            Combine::Replace | Combine::Add => "",
+            Combine::Subtract => "not:",
+            Combine::Intersect => "and:",
+        };
         match *self {
+            Self::Box(BoxShape { low, high, degrees: 0.0 }) => {
+                format!("{how}box:{}:{}", place(low), place(high))
+            }
             Self::Box(BoxShape { low, high, degrees }) => {
-                let turned = if degrees == 0.0 { String::new() } else { format!(":{degrees}") };
-                format!("box:{}:{}{turned}", place(low), place(high))
+                format!("{how}box:{}:{}:{degrees} --up {}", place(low), place(high), up.name())
             }
             Self::Plane(PlaneShape { point, normal, .. }) => {
-                format!("plane:{}:{}", place(point), place(normal))
+                format!("{how}plane:{}:{}", place(point), place(normal))
             }
         }
     }
@@ -320,6 +329,7 @@ impl Shape {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use surfelshop_cloud::{Buffer, Cloud, Column};
 
     const BOX: BoxShape = BoxShape { low: DVec3::NEG_ONE, high: DVec3::ONE, degrees: 0.0 };
 
@@ -372,7 +382,7 @@ mod tests {
         let normal = DVec3::new(0.6, 0.8, 0.0);
         let turned = plane.dragged(Part::Tip, &sight(eye, normal)).unwrap();
         // The arrow is as long as the normal, and turned to the eye or away from it as it was.
-        assert!((turned.tip() - turned.point).length() - 1.0 < 1e-12);
+        assert!(((turned.tip() - turned.point).length() - 1.0).abs() < 1e-12);
         assert!(turned.normal.distance(normal) < 0.5, "{turned:?}");
         let on = turned.normal - eye;
         assert!(
@@ -384,8 +394,47 @@ mod tests {
     #[test]
     fn what_is_typed_selects_the_same() {
         let turned = Shape::Box(BoxShape { degrees: 0.1 + 0.2, low: DVec3::splat(-0.3), ..BOX });
-        assert_eq!(turned.typed(), "box:-0.3,-0.3,-0.3:1,1,1:0.30000000000000004");
-        assert_eq!(Shape::Box(BOX).typed(), "box:-1,-1,-1:1,1,1");
+        assert_eq!(
+            turned.typed(Combine::Subtract, Axis::MinusZ),
+            "not:box:-0.3,-0.3,-0.3:1,1,1:0.30000000000000004 --up -z"
+        );
+        let typed = Shape::Box(BOX).typed(Combine::Replace, Axis::PlusY);
+        assert_eq!(typed, "box:-1,-1,-1:1,1,1");
         assert_eq!(Shape::Box(BOX).region(Axis::PlusY), Region::Box([BOX.low, BOX.high]));
+    }
+
+    /// Invariant: what a box selects lies between the lines that are drawn, turned about any axis
+    #[test]
+    fn corners_that_are_drawn_are_those_of_the_region() {
+        let shape = BoxShape { low: DVec3::new(-3.0, -1.0, -0.5), high: -BOX.low, degrees: 30.0 };
+        for up in Axis::ALL {
+            let near = [0.99, 1.01].map(|at| shape.place(up, DVec3::new(at, -at, at)));
+            let position = near.iter().flat_map(|place| place.as_vec3().to_array()).collect();
+            let column = Column::new("position", 3, Buffer::F32(position));
+            let cloud = Cloud::new(DVec3::ZERO, vec![column]).unwrap();
+            let selected = Shape::Box(shape).region(up).select(&cloud).unwrap();
+            assert_eq!(selected.indices().collect::<Vec<_>>(), [0], "{up:?}");
+        }
+    }
+
+    #[test]
+    fn from_above_the_middle_is_moved_and_sides_along_the_sight_are_not() {
+        let up = Axis::PlusY;
+        let handles = Shape::Box(BOX).handles(up);
+        let (last, at) = handles.last().copied().unwrap();
+        assert_eq!((last, at), (Part::Middle, DVec3::ZERO), "over the sides above and below it");
+        let sight = Sight { start: DVec3::Y * 9.0, direction: DVec3::NEG_Y };
+        assert_eq!(BOX.dragged(Part::Side(1, true), &sight, None, up), None);
+        let moved = BOX.dragged(Part::Middle, &sight, Some(DVec3::X), up).unwrap();
+        assert_eq!(moved.middle(), DVec3::X);
+        // Nor is a side thrown behind the eye by a pointer beyond the horizon.
+        let eye = DVec3::new(-4.0, 1.0, 0.2);
+        let beyond = Sight { start: eye, direction: DVec3::new(0.6, 0.8, 0.0) };
+        assert_eq!(
+            BOX.dragged(Part::Side(1, false), &beyond, None, up).map(|b| b.low.y < b.high.y),
+            Some(true)
+        );
+        let back = Sight { start: eye, direction: DVec3::new(0.9, 0.0, -0.435_889_894_354_067_4) };
+        assert_eq!(nearest_on_line(DVec3::ZERO, DVec3::new(0.8, 0.0, -0.6), &back), None);
     }
 }

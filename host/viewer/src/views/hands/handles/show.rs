@@ -89,7 +89,7 @@ pub(in crate::views) fn show(
                 interaction.hovered = response.hover_pos();
                 ui.ctx().set_cursor_icon(CursorIcon::Grab);
             }
-            has_ended |= response.drag_stopped();
+            has_ended |= response.drag_stopped_by(PointerButton::Primary);
             let touches = response.hovered() || response.dragged();
             let color = match part {
                 Part::Side(axis, _) => AXES[axis.min(2)],
@@ -99,12 +99,10 @@ pub(in crate::views) fn show(
             response.on_hover_text(format!("{name}; {}", part.about()));
         }
     }
-    if let Some(changed) = changed {
-        window.set_shape(changed);
-        ui.ctx().request_repaint();
-    }
-    if changed.is_some() || has_ended {
+    let is_another = changed.is_some_and(|changed| window.set_shape(changed));
+    if is_another || has_ended {
         window.select_by_shape(has_ended);
+        ui.ctx().request_repaint();
     }
     interaction
 }
