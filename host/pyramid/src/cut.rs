@@ -2,17 +2,11 @@
 //! have to be.
 
 use crate::layout::NodeRecord;
-use crate::occlusion::Occlusion;
 use glam::{DMat4, DVec3};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use surfelshop_api::{Projection, SurfaceSettings, View};
 use surfelshop_cloud::Transform;
-
-/// What is hidden has merged surfels so many times as large as what is seen, at most. Surfaces take a share of its square
-/// of the surfels then, which are few enough to be drawn first; of 4 they take twice to three times as long, and hide no
-/// more.
-const HIDDEN: f64 = 8.0;
 
 /// A view of a pyramid.
 #[derive(Clone, Copy, Debug)]
@@ -48,11 +42,8 @@ pub struct Cut {
     pub nodes: Vec<u32>,
     /// Their surfels.
     pub n_surfels: u64,
-    /// The largest radius of a merged surfel of theirs in pixels; infinite where one lies before the near plane. Of
-    /// nodes that are seen.
+    /// The largest radius of a merged surfel of theirs in pixels; infinite where one lies before the near plane.
     pub coarsest_px: f64,
-    /// Nodes that would be refined if others did not hide them.
-    pub n_hidden: usize,
     /// Nodes that would be drawn if they were in memory, the coarsest parent first.
     pub missing: Vec<u32>,
 }
@@ -86,15 +77,13 @@ impl Ord for Open {
 impl Cut {
     /// Chooses nodes: from the root down the coarsest on the screen is replaced by its children, until all are fine
     /// enough or there would be more than `at_most` surfels. A node whose children are not all `at_hand` stands for
-    /// them, and they are missing. What is hidden need not be as fine, where `occlusion` tells what is: depths of the
-    /// same view's [`coarser`](CutView::coarser) cut. The outcome follows from these alone.
+    /// them, and they are missing. The outcome follows from these alone.
     #[must_use]
     pub fn of(
         nodes: &[NodeRecord],
         view: &CutView,
         at_most: u64,
         at_hand: impl Fn(u32) -> bool,
-        occlusion: Option<&Occlusion>,
     ) -> Self {
         let mut cut = Self::default();
         let mut open = BinaryHeap::new();
@@ -110,12 +99,6 @@ impl Cut {
             };
             if record.is_leaf() || error <= view.detail_px {
                 stands(&mut cut, error);
-                continue;
-            }
-            let may_be_hidden = error <= HIDDEN * view.detail_px;
-            if may_be_hidden && occlusion.is_some_and(|occlusion| occlusion.hides(record)) {
-                cut.n_hidden += 1;
-                cut.nodes.push(node);
                 continue;
             }
             let [first, count] = record.children;
@@ -172,14 +155,8 @@ impl CutView {
         }
     }
 
-    /// The same as coarse as what is hidden may be.
-    #[must_use]
-    pub fn coarser(&self) -> Self {
-        Self { detail_px: HIDDEN * self.detail_px, ..*self }
-    }
-
     /// Middle of a node in view space, and the radius of a sphere around all of it, scene units.
-    pub(crate) fn sphere(&self, node: &NodeRecord) -> (DVec3, f64) {
+    fn sphere(&self, node: &NodeRecord) -> (DVec3, f64) {
         let middle = self.view_from_pyramid.transform_point3(node.middle);
         let reach = f64::from(node.spread) + f64::from(node.reach) * self.radius_scale;
         (middle, reach * self.scale * (1.0 + 1e-6))
@@ -307,7 +284,7 @@ mod tests {
     #[test]
     fn what_is_fine_enough_is_drawn_and_what_is_not_is_refined() {
         let nodes = tree();
-        let cut = |view: &CutView, at_most| Cut::of(&nodes, view, at_most, |_| true, None);
+        let cut = |view: &CutView, at_most| Cut::of(&nodes, view, at_most, |_| true);
         // 0.4 units are a pixel, a hundredth of the distance, at 40 from the nearest point of the root.
         assert_eq!(cut(&view(42.0), u64::MAX).nodes, [0]);
         let near = cut(&view(40.0), u64::MAX);
@@ -325,7 +302,7 @@ mod tests {
     #[test]
     fn parallel_views_and_shortened_radii_are_refined_by_what_they_show() {
         let nodes = tree();
-        let cut = |view: &CutView| Cut::of(&nodes, view, u64::MAX, |_| true, None).nodes;
+        let cut = |view: &CutView| Cut::of(&nodes, view, u64::MAX, |_| true).nodes;
         // 100 pixels over twice 21 units: 0.42 of them are a pixel, however far away the near plane is.
         let wide = CutView { half_extent: [21.0; 2], orthographic: true, near: 30.0, ..view(42.0) };
         assert_eq!(cut(&wide), [0]);
@@ -338,7 +315,7 @@ mod tests {
     #[test]
     fn a_node_stands_for_children_that_are_not_at_hand() {
         let nodes = tree();
-        let cut = Cut::of(&nodes, &view(10.0), u64::MAX, |node| node != 3, None);
+        let cut = Cut::of(&nodes, &view(10.0), u64::MAX, |node| node != 3);
         assert_eq!((cut.nodes, cut.missing), (vec![0], vec![3]));
     }
 
@@ -351,12 +328,12 @@ mod tests {
         for orthographic in [false, true] {
             let view =
                 CutView { two_sided: false, orthographic, half_extent: [2.0; 2], ..view(20.0) };
-            let cut = |nodes: &[NodeRecord]| Cut::of(nodes, &view, u64::MAX, |_| true, None).nodes;
+            let cut = |nodes: &[NodeRecord]| Cut::of(nodes, &view, u64::MAX, |_| true).nodes;
             assert!(cut(&nodes).is_empty(), "all are turned away");
             let mut towards = nodes.clone();
             (towards[0].cosine, towards[3].axis) = (-1.0, Vec3::Z);
             let all = CutView { detail_px: 0.0, ..view };
-            assert_eq!(Cut::of(&towards, &all, u64::MAX, |_| true, None).nodes, [3]);
+            assert_eq!(Cut::of(&towards, &all, u64::MAX, |_| true).nodes, [3]);
         }
     }
 
@@ -365,7 +342,7 @@ mod tests {
         let nodes = tree();
         let aside = DMat4::from_translation(DVec3::new(1.1, 0.0, -2.0));
         let view = CutView { view_from_pyramid: aside, ..view(0.0) };
-        let cut = Cut::of(&nodes, &view, u64::MAX, |_| true, None);
+        let cut = Cut::of(&nodes, &view, u64::MAX, |_| true);
         assert_eq!(cut.nodes, [1, 3, 5, 7]);
     }
 }

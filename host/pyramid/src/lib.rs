@@ -16,7 +16,6 @@ mod in_place;
 mod index;
 mod layout;
 mod nodes;
-mod occlusion;
 mod pyramid;
 mod remake;
 #[cfg(test)]
@@ -30,6 +29,5 @@ pub use index::shared::{IndexShare, IndexStep, ShareSummary, index_share};
 pub use index::{IndexOptions, IndexSummary, index};
 pub use layout::{Directory, NodeRecord, StoredSource, is_pyramid, is_pyramid_file};
 pub use nodes::{Nodes, NodesInMemory, Prepare};
-pub use occlusion::Occlusion;
 pub use pyramid::Pyramid;
 pub use remake::{Change, RemakeOptions, RemakeSummary, remake};

@@ -289,7 +289,7 @@ fn nodes_within_a_budget_are_kept_and_read_once() {
     let view = View { camera, size_px: [400, 400], near: 0.01, far: 10.0 };
     let settings = SurfaceSettings::default();
     let view = CutView::new(&view, &settings, &Transform::default(), 0.0);
-    let cut = Cut::of(pyramid.nodes(), &view, u64::MAX, |_| true, None);
+    let cut = Cut::of(pyramid.nodes(), &view, u64::MAX, |_| true);
     assert!(cut.nodes.len() > 3 && cut.missing.is_empty());
     let large = Nodes::new(Arc::clone(&pyramid), u64::MAX, Box::new(Ok));
     let first = large.get(&cut.nodes).unwrap();

@@ -8,7 +8,6 @@ pub mod formats;
 pub mod inside;
 pub mod plausibility;
 pub mod probe_info;
-mod pyramid_cut;
 pub mod pyramids;
 pub mod sample;
 pub mod scenes;

@@ -3,7 +3,6 @@
 use crate::input::budget::Budget;
 use crate::input::clouds::Clouds;
 use crate::input::formats::SessionFormats;
-use crate::input::pyramid_cut::Occlusions;
 use crate::output::terminal;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -12,7 +11,7 @@ use surfelshop_api::columns::POSITION;
 use surfelshop_api::{CloudView, ObjectFrame, SurfaceSettings, View};
 use surfelshop_cloud::display::{Display, Look};
 use surfelshop_cloud::{Cloud, Loaded, Summary, Transform, memory};
-use surfelshop_pyramid::{Cut, Nodes, NodesInMemory, Prepare, Pyramid, PyramidError};
+use surfelshop_pyramid::{Cut, CutView, Nodes, NodesInMemory, Prepare, Pyramid, PyramidError};
 use surfelshop_render::{PartOf, Parts};
 
 /// Surfels that stand for the whole: what frames it, traces it, and is given to graphs as data.
@@ -45,15 +44,13 @@ const PREFETCHED: usize = 32;
 
 /// A pyramid that is open, as a scene places and displays it.
 pub struct OpenPyramid {
-    pub(super) transform: Transform,
-    pub(super) nodes: Nodes,
+    transform: Transform,
+    nodes: Nodes,
     /// Which cloud stands for the whole: the generation of its positions.
     overview: u64,
-    pub(super) budget: Budget,
+    budget: Budget,
     /// Discs are drawn no larger, scene units.
-    pub(super) largest_radius: f64,
-    /// What nodes hide others.
-    pub(super) occlusions: Occlusions,
+    largest_radius: f64,
 }
 
 /// What a view is drawn from.
@@ -78,10 +75,7 @@ pub struct PyramidUse {
     pub surfels_drawn: u64,
     /// See there.
     pub surfels: u64,
-    /// Nodes that are hidden by others and therefore drawn coarser than the rest, at most eight times.
-    pub nodes_hidden: usize,
-    /// The largest radius of a merged surfel in pixels, of nodes that are not hidden; none where one lies before the
-    /// near plane.
+    /// The largest radius of a merged surfel in pixels; none where one lies before the near plane.
     pub coarsest_px: Option<f64>,
     /// What is in memory, and what was read for it.
     pub memory: NodesInMemory,
@@ -98,21 +92,16 @@ impl std::fmt::Display for PyramidUse {
             nodes,
             surfels_drawn,
             surfels,
-            nodes_hidden,
             coarsest_px,
             memory,
             in_place,
         } = self;
-        let hidden = match nodes_hidden {
-            0 => String::new(),
-            n => format!("; {n} nodes are hidden, and coarser than the rest"),
-        };
         if *in_place {
             let (n, read) = (surfels_drawn.min(surfels), memory.nodes_read);
             return write!(
                 out,
-                "{file}: drawn in place from {nodes_drawn} of {nodes} cells, about {n} of {surfels} points{hidden}; {read} \
-                 cells were read"
+                "{file}: drawn in place from {nodes_drawn} of {nodes} cells, about {n} of {surfels} points; {read} cells \
+                 were read"
             );
         }
         let coarsest = match coarsest_px {
@@ -123,8 +112,8 @@ impl std::fmt::Display for PyramidUse {
         let megabytes = memory.bytes_read as f64 / 1e6;
         write!(
             out,
-            "{file}: drawn from {nodes_drawn} of {nodes} nodes, {surfels_drawn} of {surfels} surfels{hidden}; \
-             {coarsest}; {} nodes were read, {megabytes:.1} MB",
+            "{file}: drawn from {nodes_drawn} of {nodes} nodes, {surfels_drawn} of {surfels} surfels; {coarsest}; \
+             {} nodes were read, {megabytes:.1} MB",
             memory.nodes_read
         )
     }
@@ -163,7 +152,6 @@ impl Drawn<'_> {
                 nodes: file.nodes().len(),
                 surfels_drawn: cut.n_surfels,
                 surfels: file.directory().n_surfels,
-                nodes_hidden: cut.n_hidden,
                 coarsest_px: Some(cut.coarsest_px).filter(|px| px.is_finite()),
                 memory: pyramid.nodes.in_memory(),
                 in_place: file.is_in_place(),
@@ -274,8 +262,7 @@ fn opened(
     let overview = generation(&cloud);
     let nodes = Nodes::new(pyramid, budget.kept(), Box::new(Ok));
     let largest_radius = f64::INFINITY;
-    let occlusions = Occlusions::default();
-    let pyramid = OpenPyramid { transform, nodes, overview, budget, largest_radius, occlusions };
+    let pyramid = OpenPyramid { transform, nodes, overview, budget, largest_radius };
     Ok((Loaded { cloud, summary }, pyramid))
 }
 
@@ -324,13 +311,27 @@ impl OpenPyramid {
         let pyramid = Arc::clone(self.nodes.pyramid());
         let nodes = Nodes::new(pyramid, self.budget.kept(), prepare);
         let (overview, budget) = (generation(overview), self.budget);
-        let (largest_radius, occlusions) = (self.largest_radius, Occlusions::default());
-        Self { transform, nodes, overview, budget, largest_radius, occlusions }
+        Self { transform, nodes, overview, budget, largest_radius: self.largest_radius }
     }
 
     /// The pyramid.
     pub fn pyramid(&self) -> &Pyramid {
         self.nodes.pyramid()
+    }
+
+    /// The nodes of a view, of those `at_hand`.
+    pub fn cut(
+        &self,
+        (view, surface): (&View, &SurfaceSettings),
+        detail_px: f32,
+        at_hand: impl Fn(u32) -> bool,
+    ) -> Cut {
+        let view = CutView {
+            largest_radius: self.largest_radius * f64::from(surface.radius_scale),
+            ..CutView::new(view, surface, &self.transform, detail_px)
+        };
+        let pyramid = self.nodes.pyramid();
+        Cut::of(pyramid.nodes(), &view, self.budget.drawn(pyramid.surfel_bytes()), at_hand)
     }
 }
 
@@ -416,7 +417,7 @@ impl Clouds {
                 continue;
             };
             let at_hand = |node: u32| wait == Wait::ForAll || pyramid.nodes.has(node);
-            let cut = pyramid.cut((view, surface), detail_px, at_hand)?;
+            let cut = pyramid.cut((view, surface), detail_px, at_hand);
             let frame = cloud.object();
             let nodes = pyramid.nodes.pyramid().nodes();
             for (part, &node) in pyramid.nodes.get(&cut.nodes)?.into_iter().zip(&cut.nodes) {
@@ -440,12 +441,10 @@ impl Clouds {
         for Loaded { cloud, .. } in &self.loaded {
             let Some(pyramid) = self.pyramid_of(cloud) else { continue };
             let at_hand = |node| pyramid.nodes.has(node);
-            // Whoever draws says what cannot be read.
-            let Ok(cut) = pyramid.cut((view, surface), detail_px, at_hand) else { continue };
+            let cut = pyramid.cut((view, surface), detail_px, at_hand);
             let mut wishes = cut.missing;
-            if let Some(Ok(later)) =
-                next.map(|next| pyramid.cut((next, surface), detail_px, at_hand))
-            {
+            if let Some(next) = next {
+                let later = pyramid.cut((next, surface), detail_px, at_hand);
                 wishes.extend(later.missing.into_iter().take(PREFETCHED));
             }
             pyramid.nodes.wish(&cut.nodes, wishes);
