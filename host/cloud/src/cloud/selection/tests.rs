@@ -75,17 +75,17 @@ fn regions_are_in_world_space_at_any_scale() {
         let count = |region: Region| region.select(&cloud).unwrap().count();
         assert_eq!(count(Region::All), 200);
         assert_eq!(count(Region::Box([at(-1.0, -1.0, -0.5), at(0.0, 1.0, 0.5)])), 50);
-        // Half of a sheet is on either side of its diagonal.
+        // Turned by half a right angle it is a diamond.
         let diamond = |degrees: f64| Region::TurnedBox {
             middle: at(0.0, 0.0, 0.0),
-            half: DVec3::new(0.7, 0.7, 0.1) * size,
+            half: DVec3::new(0.33, 0.33, 0.1) * size,
             turn: DQuat::from_rotation_z(degrees.to_radians()),
         };
         let turned = count(diamond(45.0));
         let straight = count(diamond(0.0));
         let in_diamond = |i: usize| {
             let place = cloud.world_position(i).unwrap() - origin;
-            (place.x.abs() + place.y.abs()) <= 0.7 * size * std::f64::consts::SQRT_2
+            (place.x.abs() + place.y.abs()) <= 0.33 * size * std::f64::consts::SQRT_2
                 && place.z.abs() <= 0.1 * size
         };
         assert_eq!(turned, (0..cloud.len()).filter(|&i| in_diamond(i)).count());

@@ -1,6 +1,6 @@
 //! The lines of a box or a plane over the pictures, and its handles.
 
-use super::shape::{Part, PlaneShape, Shape, Sight};
+use super::shape::{Part, PlaneShape, Ray, Shape};
 use crate::views::hands::gesture::picture_at;
 use crate::views::hands::state::HandMode;
 use crate::views::light_handles::{HandleInteraction, Picture, disc, grabbed};
@@ -27,9 +27,9 @@ const AXES: [Color32; 3] = [
 const OTHER: Color32 = Color32::from_rgb(245, 190, 60);
 
 /// The line of sight through a place of the picture.
-fn sight(camera: &Camera, position: DVec2) -> Sight {
+fn ray(camera: &Camera, position: DVec2) -> Ray {
     let (start, next) = (point_at(camera, position, 0.0), point_at(camera, position, 1.0));
-    Sight { start, direction: (next - start).normalize_or(camera.forward()) }
+    Ray { start, direction: (next - start).normalize_or(camera.forward()) }
 }
 
 /// Shows the box or the plane over a pane's pictures, and changes it by its handles.
@@ -83,7 +83,7 @@ pub(in crate::views) fn show(
                 if let Some(to) = grabbed(ui, &response, at) {
                     let to = picture.position(to);
                     let across = picking::drag_across(&camera, place, to);
-                    changed = shape.dragged(part, &sight(&camera, to), across, up).or(changed);
+                    changed = shape.dragged(part, &ray(&camera, to), across, up).or(changed);
                 }
             } else if response.hovered() {
                 interaction.hovered = response.hover_pos();
