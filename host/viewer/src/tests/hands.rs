@@ -384,6 +384,12 @@ fn a_box_selects_what_is_between_its_sides() {
     drag(&mut screen, &[middle, middle + eframe::egui::vec2(0.0, 90.0)], Modifiers::NONE);
     let left = screen.window().n_selected().0;
     assert!(left > 0 && left < turned, "{left} of {turned}");
+    // Begun anew with nothing selected, a box does not remove.
+    screen.window().toggle_handles(HandMode::Box);
+    screen.window().select_no_surfels();
+    screen.window().toggle_handles(HandMode::Box);
+    assert!(screen.window().n_selected().0 > 0);
+    let left = screen.window().n_selected().0;
     // Around what is selected is nothing else.
     screen.harness.get_by_label("around the selection").click();
     screen.frames();

@@ -41,7 +41,7 @@ impl Window {
         }
         // What is selected already is not taken away before a handle moves.
         if self.n_selected().0 == 0 {
-            self.select_by_shape(true);
+            self.combine_handles(Combine::Replace);
         }
     }
 
