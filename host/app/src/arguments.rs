@@ -173,9 +173,10 @@ pub(crate) struct SelectArguments {
     /// The cloud, or a scene (.scene.toml) that shows one.
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
-    /// What is selected: all, box:X,Y,Z:X,Y,Z[:DEGREES], sphere:X,Y,Z:RADIUS, plane:X,Y,Z:X,Y,Z (a place on it, and its normal),
-    /// component:X,Y,Z or component:X,Y,Z:DISTANCE (what hangs together with a place), NAME=LOW..HIGH or NAME=N,N (values of a column,
-    /// or height); then invert, and grow or shrink, with :DISTANCE or without.
+    /// What is selected: all, box:X,Y,Z:X,Y,Z (with :DEGREES it is turned about its middle), sphere:X,Y,Z:RADIUS,
+    /// plane:X,Y,Z:X,Y,Z (a place on it, and its normal), component:X,Y,Z or component:X,Y,Z:DISTANCE (what hangs together
+    /// with a place), NAME=LOW..HIGH or NAME=N,N (values of a column, or height); then invert, and grow or shrink, with
+    /// :DISTANCE or without.
     #[arg(value_name = "WHAT", required = true, value_parser = SelectStep::parse)]
     pub(crate) what: Vec<SelectStep>,
     /// The file to write; without it surfels are counted.
