@@ -2,6 +2,7 @@
 
 use super::AxesInteraction;
 use super::standard_views::StandardView;
+use crate::theme::AXES;
 use crate::views::navigation;
 use crate::window::Window;
 use eframe::egui::{
@@ -16,13 +17,6 @@ use surfelshop_session::options::UpAxis;
 const HALF: f32 = 40.0;
 const LENGTH: f32 = 28.0;
 const END: f32 = 8.5;
-
-/// The axes as other programs colour them, bright enough for dark letters.
-const COLORS: [Color32; 3] = [
-    Color32::from_rgb(240, 96, 92),
-    Color32::from_rgb(126, 196, 74),
-    Color32::from_rgb(96, 156, 250),
-];
 
 /// An end of an axis.
 struct End {
@@ -109,7 +103,7 @@ pub(super) fn show(window: &mut Window, ui: &Ui, pane: u32, rect: Rect) -> AxesI
 }
 
 fn draw(painter: &Painter, middle: Pos2, place: Pos2, end: &End, is_hovered: bool) {
-    let color = COLORS[end.axis];
+    let color = AXES[end.axis];
     // What points away is dimmer.
     let strength = 0.55 + 0.45 * ((end.nearness as f32) * 0.5 + 0.5);
     let color = color.gamma_multiply(strength.clamp(0.0, 1.0));

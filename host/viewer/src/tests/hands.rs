@@ -385,9 +385,9 @@ fn a_box_selects_what_is_between_its_sides() {
     let left = screen.window().n_selected().0;
     assert!(left > 0 && left < turned, "{left} of {turned}");
     // Begun anew with nothing selected, a box does not remove.
-    screen.window().toggle_handles(HandMode::Box);
+    screen.window().toggle_hand(HandMode::Box);
     screen.window().select_no_surfels();
-    screen.window().toggle_handles(HandMode::Box);
+    screen.window().toggle_hand(HandMode::Box);
     assert!(screen.window().n_selected().0 > 0);
     let left = screen.window().n_selected().0;
     // Around what is selected is nothing else.

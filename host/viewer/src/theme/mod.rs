@@ -6,4 +6,4 @@ mod tokens;
 
 pub(crate) use icons::{Icon, dismiss, iconed, iconed_in, text as icon_text};
 pub(crate) use style::{apply, tokens};
-pub(crate) use tokens::{ON_OVERLAY, OVERLAY, space};
+pub(crate) use tokens::{AXES, ON_OVERLAY, OVERLAY, space};

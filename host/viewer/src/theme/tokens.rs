@@ -101,6 +101,13 @@ pub(crate) const LIGHT: Tokens = Tokens {
     error: rgb(170, 28, 28),
 };
 
+/// The axes as other programs colour them, bright enough for dark letters.
+pub(crate) const AXES: [Color32; 3] = [
+    Color32::from_rgb(240, 96, 92),
+    Color32::from_rgb(126, 196, 74),
+    Color32::from_rgb(96, 156, 250),
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -245,20 +245,17 @@ pub(super) fn grabbed(ui: &Ui, response: &Response, at: Pos2) -> Option<Pos2> {
     let pointer = response.interact_pointer_pos()?;
     let origin = ui.ctx().input(|input| input.pointer.press_origin());
     let held = response.id.with("held");
-    let is_first = response.drag_started();
-    let grab = match ui.ctx().data(|data| data.get_temp::<Option<Vec2>>(held)).flatten() {
-        Some(grab) if !is_first => grab,
-        _ if is_first => origin.unwrap_or(pointer) - at,
-        None => pointer - at,
-        Some(grab) => grab,
+    let grab = match response.drag_started() {
+        true => origin.unwrap_or(pointer) - at,
+        false => ui.ctx().data(|data| data.get_temp(held)).unwrap_or(pointer - at),
     };
-    ui.ctx().data_mut(|data| data.insert_temp(held, Some(grab)));
+    ui.ctx().data_mut(|data| data.insert_temp::<Vec2>(held, grab));
     Some(pointer - grab)
 }
 
 /// Has a handle held where the pointer is now.
 fn forget_grab(ui: &Ui, response: &Response) {
-    ui.ctx().data_mut(|data| data.insert_temp(response.id.with("held"), None::<Vec2>));
+    ui.ctx().data_mut(|data| data.remove::<Vec2>(response.id.with("held")));
 }
 
 /// A disc that is visible on any background.

@@ -7,25 +7,13 @@ use crate::theme::Icon;
 use crate::views::hands::HandMode;
 use eframe::egui::Key;
 
-/// A command that shows handles.
-macro_rules! handles {
-    ($id:literal, $name:literal, $icon:ident, $about:literal, $mode:ident, $key:ident) => {
-        Command::new(($id, $name, Icon::$icon), Menu::Select, $about, |window, _| {
-            window.toggle_handles(HandMode::$mode)
-        })
-        .keys(&[shift(Key::$key)])
-        .when(has_document)
-        .state(|window| window.views.hands.mode == HandMode::$mode)
-    };
-}
-
 /// A command that lets a drag do something.
 macro_rules! mode {
-    ($id:literal, $name:literal, $icon:ident, $about:literal, $mode:ident, $key:ident) => {
+    ($id:literal, $name:literal, $icon:ident, $about:literal, $mode:ident, $key:expr) => {
         Command::new(($id, $name, Icon::$icon), Menu::Select, $about, |window, _| {
             window.toggle_hand(HandMode::$mode)
         })
-        .keys(&[key(Key::$key)])
+        .keys(&[$key])
         .when(has_document)
         .state(|window| window.views.hands.mode == HandMode::$mode)
     };
@@ -38,7 +26,7 @@ pub(super) static HANDS: [Command; 20] = [
         SquareDashedMousePointer,
         "Selects the surfels in a rectangle that is dragged; again: drags move the camera.",
         Rectangle,
-        T
+        key(Key::T)
     ),
     mode!(
         "select-lasso",
@@ -46,7 +34,7 @@ pub(super) static HANDS: [Command; 20] = [
         LassoSelect,
         "Selects the surfels within a line that is drawn; again: drags move the camera.",
         Lasso,
-        L
+        key(Key::L)
     ),
     mode!(
         "select-brush",
@@ -54,23 +42,23 @@ pub(super) static HANDS: [Command; 20] = [
         CircleDotDashed,
         "Selects the surfels that a sphere goes over; again: drags move the camera.",
         Brush,
-        C
+        key(Key::C)
     ),
-    handles!(
+    mode!(
         "select-box",
         "Select by a box",
         Box,
         "Selects the surfels in a box, whose sides are dragged; again: hides the box.",
         Box,
-        T
+        shift(Key::T)
     ),
-    handles!(
+    mode!(
         "select-plane",
         "Select by a plane",
         SquareSplitVertical,
         "Selects the surfels on one side of a plane; again: hides the plane.",
         Plane,
-        L
+        shift(Key::L)
     ),
     Command::new(
         ("lead-tool", "Lead a tool by hand", Icon::Brush),

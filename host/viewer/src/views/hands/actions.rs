@@ -41,6 +41,7 @@ impl Window {
         let hands = &mut self.views.hands;
         (hands.gesture, hands.pairing) = (None, None);
         hands.mode = if hands.mode == mode { HandMode::Camera } else { mode };
+        self.begin_handles();
     }
 
     /// The tools that are led by hand, by their names in the registry.

@@ -19,9 +19,11 @@ const AT_ONCE: usize = 2_000_000;
 const ALIKE: std::ops::Range<f64> = 1e-3..1e3;
 
 impl Window {
-    /// Selects by a box or a plane; drags move the camera again where that is so already.
-    pub(crate) fn toggle_handles(&mut self, mode: HandMode) {
-        self.toggle_hand(mode);
+    /// Selects by the box or the plane, where the mode has one now.
+    pub(in crate::views::hands) fn begin_handles(&mut self) {
+        if !matches!(self.views.hands.mode, HandMode::Box | HandMode::Plane) {
+            return;
+        }
         self.views.hands.handles.made.clear();
         let Some([low, high]) = self.bounds_of_surfels(false) else { return };
         let handles = &mut self.views.hands.handles;
@@ -161,8 +163,7 @@ impl Window {
     }
 }
 
-/// A box about a middle, nowhere thinner than a thousandth of its size; of a single place as large as rounding allows to
-/// be seen, else a unit.
+/// A box about a middle, nowhere thinner than a thousandth of its size; about a single place a unit wide.
 fn box_around(middle: DVec3, half: DVec3) -> BoxShape {
     let size = half.max_element();
     let least = if size > 0.0 { 1e-3 * size } else { 0.5 };

@@ -69,11 +69,8 @@ impl Part {
     pub(super) fn name(self) -> String {
         match self {
             Self::Side(axis, far) => {
-                let name = ["x", "y", "z"][axis.min(2)];
-                format!(
-                    "{} side of the box",
-                    if far { format!("+{name}") } else { format!("-{name}") }
-                )
+                let (sign, name) = (if far { "+" } else { "-" }, ["x", "y", "z"][axis.min(2)]);
+                format!("{sign}{name} side of the box")
             }
             Self::Middle => "middle of the box".to_owned(),
             Self::Edge => "edge that turns the box".to_owned(),

@@ -1,6 +1,7 @@
 //! The lines of a box or a plane over the pictures, and its handles.
 
 use super::shape::{Part, PlaneShape, Ray, Shape};
+use crate::theme::AXES;
 use crate::views::hands::gesture::picture_at;
 use crate::views::hands::state::HandMode;
 use crate::views::light_handles::{HandleInteraction, Picture, disc, grabbed};
@@ -18,12 +19,7 @@ use surfelshop_session::options::camera;
 const RADIUS: f32 = 5.0;
 const HIT_RADIUS: f32 = 9.0;
 
-/// The colours of what lies along x, y and z, and of all other handles.
-const AXES: [Color32; 3] = [
-    Color32::from_rgb(230, 80, 70),
-    Color32::from_rgb(100, 180, 70),
-    Color32::from_rgb(70, 130, 230),
-];
+/// The colour of handles that are of no axis.
 const OTHER: Color32 = Color32::from_rgb(245, 190, 60);
 
 /// The line of sight through a place of the picture.
