@@ -112,6 +112,7 @@ const LAYERS: [Layer; 18] = [
         sees: &[
             "host/sdk/api",
             "host/cloud",
+            "host/pyramid",
             "host/image",
             "host/runtime",
             "host/render",

@@ -168,9 +168,11 @@ pub(crate) struct BakeArguments {
   surfelshop select scan.ply box:0,0,0:5,5,3 -o room.ply                   these alone
   surfelshop select scan.ply component:0,0,0 invert --delete -o clean.ply  all others but these
   surfelshop select scan.ply height=..0.2 grow:0.05 --up z --set classification=2 -o ground.ply
+  surfelshop select big.surfels box:0,0,0:5,5,3 --delete -o big.layer.json edits, kept beside the pyramid
+  surfelshop select big.surfels all --layer big.layer.json -o new.surfels  a pyramid with these edits
 Each WHAT adds to those before; not: before one takes it away, and and: keeps what is in both.")]
 pub(crate) struct SelectArguments {
-    /// The cloud, or a scene (.scene.toml) that shows one.
+    /// The cloud, or a scene (.scene.toml) that shows one. Pyramids (.surfels) are gone through leaf by leaf.
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
     /// What is selected: all, box:X,Y,Z:X,Y,Z (with :DEGREES it is turned about its middle), sphere:X,Y,Z:RADIUS,
@@ -179,9 +181,16 @@ pub(crate) struct SelectArguments {
     /// :DISTANCE or without.
     #[arg(value_name = "WHAT", required = true, value_parser = SelectStep::parse)]
     pub(crate) what: Vec<SelectStep>,
-    /// The file to write; without it surfels are counted.
+    /// The file to write; without it surfels are counted. Of a pyramid another one, .surfels, or its edits,
+    /// .layer.json, which a scene names beside it.
     #[arg(short, long, value_name = "FILE", value_parser = values::cloud_file)]
     pub(crate) out: Option<PathBuf>,
+    /// Edits of the pyramid that were made before.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) layer: Option<PathBuf>,
+    /// Memory that writing a pyramid takes at most, such as 500MB or 4GB.
+    #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = values::memory)]
+    pub(crate) memory: u64,
     /// Write what is not selected.
     #[arg(long, conflicts_with = "set")]
     pub(crate) delete: bool,

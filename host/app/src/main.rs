@@ -18,6 +18,7 @@ mod plugins;
 mod pyramid_info;
 mod scene_info;
 mod select;
+mod select_pyramid;
 mod setup;
 mod tool_object;
 

@@ -9,6 +9,7 @@ use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{
     Measure, MeasureKind, MeasuredRow, Profile, Quantity, SceneCloud, SceneFile, Units,
 };
+use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
@@ -42,11 +43,10 @@ pub(crate) fn run(arguments: &MeasureArguments) -> anyhow::Result<()> {
     let clouds = &displayed.clouds;
     let up = up_of(arguments, opened, clouds.loaded.iter().map(|loaded| &loaded.cloud));
     let units = Units { metres: clouds.metres_per_unit() };
-    let of_surfels = measured(clouds);
-    let rows = all.iter().enumerate().map(|(i, measure)| row(i, measure, up, &of_surfels));
+    let rows = all.iter().enumerate().map(|(i, measure)| row(i, measure, up, clouds));
     let rows: Vec<MeasuredRow> = rows.collect::<anyhow::Result<_>>()?;
     if let Some(path) = &arguments.points {
-        write_points(path, &all, up, &of_surfels)?;
+        write_points(path, &all, up, clouds)?;
     }
     if let Some(out) = &arguments.out {
         scene_with(arguments, opened, &all[n_before..], up).write(out)?;
@@ -78,14 +78,12 @@ fn up_of<'a>(
     }
 }
 
-fn row(i: usize, measure: &Measure, up: Axis, clouds: &[&Cloud]) -> anyhow::Result<MeasuredRow> {
+fn row(i: usize, measure: &Measure, up: Axis, clouds: &Clouds) -> anyhow::Result<MeasuredRow> {
     let (title, up) = (measure.title(i), up.direction());
     let mut quantities = measure.quantities(up);
-    ensure!(
-        !measure.kind.is_of_surfels() || !clouds.is_empty(),
-        "{title}: expected a cloud in memory to measure, found none; name a file that is no pyramid"
-    );
-    let more = measure.surfel_quantities(up, clouds).with_context(|| title.clone())?;
+    let clouds = measured(clouds, measure, up)?;
+    let clouds: Vec<&Cloud> = clouds.iter().collect();
+    let more = measure.surfel_quantities(up, &clouds).with_context(|| title.clone())?;
     quantities.extend(more);
     Ok(MeasuredRow { title, measure: measure.clone(), quantities })
 }
@@ -107,12 +105,14 @@ fn scene_with(
 }
 
 /// Writes the surfels of the profile.
-fn write_points(path: &Path, all: &[Measure], up: Axis, clouds: &[&Cloud]) -> anyhow::Result<()> {
+fn write_points(path: &Path, all: &[Measure], up: Axis, clouds: &Clouds) -> anyhow::Result<()> {
     let mut profiles = all.iter().filter(|measure| measure.kind == MeasureKind::Profile);
     let (Some(measure), None) = (profiles.next(), profiles.next()) else {
         bail!("--points: expected one profile among the measures, found none or several");
     };
-    let profile = Profile::of(measure, up.direction(), clouds)?;
+    let clouds = measured(clouds, measure, up.direction())?;
+    let clouds: Vec<&Cloud> = clouds.iter().collect();
+    let profile = Profile::of(measure, up.direction(), &clouds)?;
     files::write_whole(path, profile.csv().as_bytes())
 }
 

@@ -1,13 +1,16 @@
 //! `surfelshop select`: some of a cloud's surfels counted, taken out, left out or given values.
 
 use crate::arguments::SelectArguments;
+use crate::select_pyramid;
 use anyhow::{anyhow, bail};
 use serde_json::json;
 use std::path::PathBuf;
 use surfelshop_cloud::selection::{deleted, extracted, with_value};
 use surfelshop_cloud::{Cloud, WriteOptions};
+use surfelshop_pyramid::is_pyramid_file;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::layers;
 use surfelshop_session::input::pyramids;
 use surfelshop_session::options::select::select;
 use surfelshop_session::output::files;
@@ -23,10 +26,22 @@ pub(crate) fn run(arguments: &SelectArguments) -> anyhow::Result<()> {
     if let Some(out) = out {
         files::check_writable(out)?;
     }
+    if let Some(layer) = &arguments.layer {
+        files::protect([layer.as_path()]);
+    }
     let source = tool_run::source(file)?;
     // Who names a cloud twice wants it replaced.
     files::allow(file);
     files::check_outputs(&out.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    if is_pyramid_file(&source.path) {
+        return select_pyramid::run(arguments, &source);
+    }
+    if arguments.layer.is_some() || out.as_deref().is_some_and(layers::is_layer) {
+        bail!(
+            "{}: expected a pyramid, which layers of edits belong to, found a cloud that memory holds",
+            file.display()
+        );
+    }
     let formats = SessionFormats::new(&arguments.plugins);
     let mut clouds = Clouds::read(&[source], &formats)?;
     pyramids::refuse(&clouds, "select")?;

@@ -77,17 +77,18 @@ impl Ord for Open {
 impl Cut {
     /// Chooses nodes: from the root down the coarsest on the screen is replaced by its children, until all are fine
     /// enough or there would be more than `at_most` surfels. A node whose children are not all `at_hand` stands for
-    /// them, and they are missing. The outcome follows from these alone.
+    /// them, and they are missing. Nodes of which `is_there` says that nothing is left are left out. The outcome follows
+    /// from these alone.
     #[must_use]
     pub fn of(
         nodes: &[NodeRecord],
         view: &CutView,
         at_most: u64,
-        at_hand: impl Fn(u32) -> bool,
+        (at_hand, is_there): (impl Fn(u32) -> bool, impl Fn(u32) -> bool),
     ) -> Self {
         let mut cut = Self::default();
         let mut open = BinaryHeap::new();
-        if nodes.first().is_some_and(|root| view.sees(root)) {
+        if nodes.first().is_some_and(|root| view.sees(root) && is_there(0)) {
             cut.n_surfels = u64::from(nodes[0].n_surfels);
             open.push(Open { error: view.error_px(&nodes[0]), node: 0 });
         }
@@ -102,7 +103,7 @@ impl Cut {
                 continue;
             }
             let [first, count] = record.children;
-            let sees = |&child: &u32| view.sees(&nodes[child as usize]);
+            let sees = |&child: &u32| view.sees(&nodes[child as usize]) && is_there(child);
             let visible: Vec<u32> = (first..first + count).filter(sees).collect();
             let more = visible.iter().map(|&child| u64::from(nodes[child as usize].n_surfels));
             let refined = cut.n_surfels - u64::from(record.n_surfels) + more.sum::<u64>();
@@ -284,7 +285,7 @@ mod tests {
     #[test]
     fn what_is_fine_enough_is_drawn_and_what_is_not_is_refined() {
         let nodes = tree();
-        let cut = |view: &CutView, at_most| Cut::of(&nodes, view, at_most, |_| true);
+        let cut = |view: &CutView, at_most| Cut::of(&nodes, view, at_most, (|_| true, |_| true));
         // 0.4 units are a pixel, a hundredth of the distance, at 40 from the nearest point of the root.
         assert_eq!(cut(&view(42.0), u64::MAX).nodes, [0]);
         let near = cut(&view(40.0), u64::MAX);
@@ -302,7 +303,7 @@ mod tests {
     #[test]
     fn parallel_views_and_shortened_radii_are_refined_by_what_they_show() {
         let nodes = tree();
-        let cut = |view: &CutView| Cut::of(&nodes, view, u64::MAX, |_| true).nodes;
+        let cut = |view: &CutView| Cut::of(&nodes, view, u64::MAX, (|_| true, |_| true)).nodes;
         // 100 pixels over twice 21 units: 0.42 of them are a pixel, however far away the near plane is.
         let wide = CutView { half_extent: [21.0; 2], orthographic: true, near: 30.0, ..view(42.0) };
         assert_eq!(cut(&wide), [0]);
@@ -315,8 +316,14 @@ mod tests {
     #[test]
     fn a_node_stands_for_children_that_are_not_at_hand() {
         let nodes = tree();
-        let cut = Cut::of(&nodes, &view(10.0), u64::MAX, |node| node != 3);
+        let cut = Cut::of(&nodes, &view(10.0), u64::MAX, (|node| node != 3, |_| true));
         assert_eq!((cut.nodes, cut.missing), (vec![0], vec![3]));
+        let without = (|node| node != 3, |node| node != 3);
+        let cut = Cut::of(&nodes, &view(10.0), u64::MAX, without);
+        assert_eq!((cut.nodes, cut.missing), (vec![1, 2, 4, 5, 6, 7, 8], Vec::new()));
+        assert_eq!(cut.n_surfels, 700);
+        let nothing = Cut::of(&nodes, &view(10.0), u64::MAX, (|_| true, |_| false));
+        assert_eq!(nothing, Cut::default());
     }
 
     #[test]
@@ -328,12 +335,13 @@ mod tests {
         for orthographic in [false, true] {
             let view =
                 CutView { two_sided: false, orthographic, half_extent: [2.0; 2], ..view(20.0) };
-            let cut = |nodes: &[NodeRecord]| Cut::of(nodes, &view, u64::MAX, |_| true).nodes;
+            let cut =
+                |nodes: &[NodeRecord]| Cut::of(nodes, &view, u64::MAX, (|_| true, |_| true)).nodes;
             assert!(cut(&nodes).is_empty(), "all are turned away");
             let mut towards = nodes.clone();
             (towards[0].cosine, towards[3].axis) = (-1.0, Vec3::Z);
             let all = CutView { detail_px: 0.0, ..view };
-            assert_eq!(Cut::of(&towards, &all, u64::MAX, |_| true).nodes, [3]);
+            assert_eq!(Cut::of(&towards, &all, u64::MAX, (|_| true, |_| true)).nodes, [3]);
         }
     }
 
@@ -342,7 +350,7 @@ mod tests {
         let nodes = tree();
         let aside = DMat4::from_translation(DVec3::new(1.1, 0.0, -2.0));
         let view = CutView { view_from_pyramid: aside, ..view(0.0) };
-        let cut = Cut::of(&nodes, &view, u64::MAX, |_| true);
+        let cut = Cut::of(&nodes, &view, u64::MAX, (|_| true, |_| true));
         assert_eq!(cut.nodes, [1, 3, 5, 7]);
     }
 }

@@ -18,6 +18,7 @@ mod layout;
 mod nodes;
 mod pyramid;
 mod remake;
+mod selected;
 #[cfg(test)]
 mod tests;
 
@@ -28,6 +29,6 @@ pub use index::nodes::Rule;
 pub use index::shared::{IndexShare, IndexStep, ShareSummary, index_share};
 pub use index::{IndexOptions, IndexSummary, index};
 pub use layout::{Directory, NodeRecord, StoredSource, is_pyramid, is_pyramid_file};
-pub use nodes::{Nodes, NodesInMemory, Prepare};
+pub use nodes::{NodeLook, Nodes, NodesInMemory};
 pub use pyramid::Pyramid;
-pub use remake::{Change, RemakeOptions, RemakeSummary, remake};
+pub use remake::{Change, LeafChange, RemakeOptions, RemakeSummary, remake, remake_leaves};

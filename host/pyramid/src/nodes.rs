@@ -14,6 +14,8 @@ struct Held {
     cloud: Arc<Cloud>,
     bytes: u64,
     last_used: u64,
+    /// What of the look it was made with concerns it.
+    version: u64,
 }
 
 #[derive(Default)]
@@ -24,17 +26,25 @@ struct State {
     counts: NodesInMemory,
     /// Nodes that are to be read, the first first.
     wishes: Vec<u32>,
+    /// What these are to look like.
+    look: Arc<NodeLook>,
     /// Nodes that are being read.
     n_loading: usize,
     /// Nodes that were read since somebody waited for them.
     n_arrived: usize,
     fault: Option<PyramidError>,
-    /// Nodes that could not be read, and why not.
-    bad: HashMap<u32, String>,
+    /// Nodes of a version that could not be read, and why not.
+    bad: HashMap<(u32, u64), String>,
     has_ended: bool,
 }
 
 impl State {
+    /// A node in memory that looks like this.
+    fn held(&self, node: u32, look: &NodeLook) -> Option<Arc<Cloud>> {
+        let held = self.held.get(&node).filter(|held| held.version == (look.version)(node));
+        held.map(|held| Arc::clone(&held.cloud))
+    }
+
     /// Whether nothing is left to be read.
     fn is_done(&self) -> bool {
         self.wishes.is_empty() && self.n_loading == 0
@@ -54,8 +64,20 @@ pub struct NodesInMemory {
     pub bytes_read: u64,
 }
 
-/// Makes of a node what is shown of it: placed, coloured, filtered. A line where that cannot be.
-pub type Prepare = Box<dyn Fn(Cloud) -> Result<Cloud, String> + Send + Sync>;
+/// What is shown of nodes.
+pub struct NodeLook {
+    /// Makes of a node, by its number, what is shown of it: edited, placed, coloured, filtered. A line where that cannot be.
+    pub prepare: Box<dyn Fn(u32, Cloud) -> Result<Cloud, String> + Send + Sync>,
+    /// Tells apart what becomes of a node: looks with the same number make the same of it.
+    pub version: Box<dyn Fn(u32) -> u64 + Send + Sync>,
+}
+
+impl Default for NodeLook {
+    /// As the file has them.
+    fn default() -> Self {
+        Self { prepare: Box::new(|_, cloud| Ok(cloud)), version: Box::new(|_| 0) }
+    }
+}
 
 /// The nodes of a pyramid, of which those used last are kept in memory. Those that are wanted are read by a thread of
 /// their own, which sleeps where there are none.
@@ -69,7 +91,6 @@ pub struct Nodes {
 struct NodeStore {
     pyramid: Arc<Pyramid>,
     budget: u64,
-    prepare: Prepare,
     state: Mutex<State>,
     /// Told when there are wishes, or the nodes are no longer needed.
     wished: Condvar,
@@ -89,9 +110,9 @@ impl Drop for Nodes {
 }
 
 impl NodeStore {
-    fn read(&self, node: u32) -> Result<Cloud, PyramidError> {
+    fn read(&self, node: u32, look: &NodeLook) -> Result<Cloud, PyramidError> {
         let cloud = self.pyramid.read(node)?;
-        (self.prepare)(cloud).map_err(|line| PyramidError::file(self.pyramid.path(), line))
+        (look.prepare)(node, cloud).map_err(|line| PyramidError::file(self.pyramid.path(), line))
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -110,12 +131,12 @@ impl NodeStore {
     }
 
     /// Takes a node that was read.
-    fn put(&self, state: &mut State, node: u32, cloud: Cloud) -> Arc<Cloud> {
-        let cloud = Arc::new(cloud);
+    fn put(&self, state: &mut State, node: u32, look: &NodeLook, cloud: Cloud) -> Arc<Cloud> {
+        let (cloud, version) = (Arc::new(cloud), (look.version)(node));
         let bytes = bytes_of(&cloud);
         state.counts.nodes_read += 1;
         state.counts.bytes_read += self.pyramid.nodes()[node as usize].stored_bytes();
-        let held = Held { cloud: Arc::clone(&cloud), bytes, last_used: state.clock };
+        let held = Held { cloud: Arc::clone(&cloud), bytes, last_used: state.clock, version };
         if let Some(old) = state.held.insert(node, held) {
             state.bytes -= old.bytes;
         }
@@ -126,7 +147,7 @@ impl NodeStore {
     /// Reads what is wished for, the first wishes first, until the nodes are no longer needed.
     fn load(&self) {
         loop {
-            let next: Vec<u32> = {
+            let (next, look): (Vec<u32>, _) = {
                 let mut state = self.state();
                 while state.wishes.is_empty() && !state.has_ended {
                     state = self.wished.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -135,18 +156,19 @@ impl NodeStore {
                     return;
                 }
                 let mut wishes = std::mem::take(&mut state.wishes);
-                wishes.retain(|node| !state.held.contains_key(node));
+                let look = Arc::clone(&state.look);
+                wishes.retain(|node| state.held(*node, &look).is_none());
                 let n = wishes.len().min(rayon::current_num_threads());
                 state.wishes = wishes.split_off(n);
                 state.n_loading = n;
-                wishes
+                (wishes, look)
             };
             let read = |node: u32| {
                 if self.state().has_ended {
                     return None;
                 }
                 // What goes wrong in here is one node's fault, and must not keep others waiting.
-                let read = catch_unwind(AssertUnwindSafe(|| self.read(node)));
+                let read = catch_unwind(AssertUnwindSafe(|| self.read(node, &look)));
                 let line = format!(
                     "node {node} cannot be made ready; `surfelshop index` makes another pyramid"
                 );
@@ -162,13 +184,13 @@ impl NodeStore {
             for (node, cloud) in read {
                 match cloud {
                     Ok(cloud) => {
-                        self.put(&mut state, node, cloud);
+                        self.put(&mut state, node, &look, cloud);
                         state.n_arrived += 1;
                     }
                     Err(error) => {
                         // One that fails would fail again.
                         state.wishes.clear();
-                        state.bad.insert(node, error.to_string());
+                        state.bad.insert((node, (look.version)(node)), error.to_string());
                         state.fault.get_or_insert(error);
                     }
                 }
@@ -184,9 +206,9 @@ impl NodeStore {
 impl Nodes {
     /// Keeps at most so many bytes of prepared nodes, beside those that are asked for together.
     #[must_use]
-    pub fn new(pyramid: Arc<Pyramid>, budget: u64, prepare: Prepare) -> Self {
+    pub fn new(pyramid: Arc<Pyramid>, budget: u64) -> Self {
         let (state, wished, arrived) = Default::default();
-        let store = Arc::new(NodeStore { pyramid, budget, prepare, state, wished, arrived });
+        let store = Arc::new(NodeStore { pyramid, budget, state, wished, arrived });
         Self { store, has_loader: OnceLock::new() }
     }
 
@@ -196,7 +218,7 @@ impl Nodes {
         &self.store.pyramid
     }
 
-    /// Whether a node is in memory.
+    /// Whether a node is in memory, of whatever look.
     #[must_use]
     pub fn has(&self, node: u32) -> bool {
         self.store.state().held.contains_key(&node)
@@ -211,7 +233,7 @@ impl Nodes {
 
     /// Wishes for nodes, the first of them first, in the place of all earlier wishes; those that are in use stay
     /// meanwhile. Returns at once.
-    pub fn wish(&self, in_use: &[u32], wishes: Vec<u32>) {
+    pub fn wish(&self, in_use: &[u32], wishes: Vec<u32>, look: &Arc<NodeLook>) {
         let has_loader = *self.has_loader.get_or_init(|| {
             let store = Arc::clone(&self.store);
             let thread = std::thread::Builder::new().name("pyramid nodes".to_owned());
@@ -221,19 +243,21 @@ impl Nodes {
             let mut state = self.store.state();
             state.clock += 1;
             self.store.touch(&mut state, in_use);
-            if let Some(line) = wishes.iter().find_map(|node| state.bad.get(node)) {
+            if let Some(line) =
+                wishes.iter().find_map(|&node| state.bad.get(&(node, (look.version)(node))))
+            {
                 let fault = PyramidError::Points(line.clone());
                 state.fault.get_or_insert(fault);
                 return;
             }
             if has_loader {
-                state.wishes = wishes;
+                (state.wishes, state.look) = (wishes, Arc::clone(look));
                 self.store.wished.notify_all();
                 return;
             }
         }
         // Where the system has no thread to give, this one reads.
-        if let Err(error) = self.get(&wishes) {
+        if let Err(error) = self.get(&wishes, look) {
             self.store.state().fault.get_or_insert(error);
         }
         self.store.state().n_arrived += 1;
@@ -262,28 +286,28 @@ impl Nodes {
         }
     }
 
-    /// These nodes, read where they are not in memory, on all threads. Others go where the budget is exceeded, those
+    /// These nodes, read where they are not in memory with this look, on all threads. Others go where the budget is exceeded, those
     /// first that were used the longest time ago.
     ///
     /// # Errors
     /// That of the first node that could not be read.
-    pub fn get(&self, nodes: &[u32]) -> Result<Vec<Arc<Cloud>>, PyramidError> {
+    pub fn get(&self, nodes: &[u32], look: &NodeLook) -> Result<Vec<Arc<Cloud>>, PyramidError> {
         let store = &*self.store;
         let mut found: Vec<Option<Arc<Cloud>>> = {
             let mut state = store.state();
             state.clock += 1;
             store.touch(&mut state, nodes);
-            let held = |node: &u32| state.held.get(node).map(|held| Arc::clone(&held.cloud));
+            let held = |node: &u32| state.held(*node, look);
             nodes.iter().map(held).collect()
         };
         let missing: Vec<usize> = (0..nodes.len()).filter(|&i| found[i].is_none()).collect();
         let read: Vec<(usize, Result<Cloud, PyramidError>)> =
-            missing.into_par_iter().map(|i| (i, store.read(nodes[i]))).collect();
+            missing.into_par_iter().map(|i| (i, store.read(nodes[i], look))).collect();
         let mut state = store.state();
         let mut fault = None;
         for (i, cloud) in read {
             match cloud {
-                Ok(cloud) => found[i] = Some(store.put(&mut state, nodes[i], cloud)),
+                Ok(cloud) => found[i] = Some(store.put(&mut state, nodes[i], look, cloud)),
                 Err(error) => fault = fault.or(Some(error)),
             }
         }

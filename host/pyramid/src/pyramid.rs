@@ -5,6 +5,8 @@ use crate::error::PyramidError;
 use crate::in_place::{NodeReader, PointFile};
 use crate::layout::{self, Directory, HEADER, Header, NodeRecord, damaged};
 use glam::DVec3;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use surfelshop_api::ObjectFrame;
@@ -197,6 +199,72 @@ impl Pyramid {
         let is_on_map = surfelshop_cloud::lies_on_map(&cloud, &self.source);
         let source = Source { camera_frame, is_on_map, ..self.source.clone() };
         Ok(cloud.with_source(source).with_object(self.object()))
+    }
+
+    /// The nodes that cover what `concerns` says yes of, as fine as they can be with at most so many surfels: the coarsest
+    /// are refined first. Ascending; none where the root is not concerned.
+    #[must_use]
+    pub fn cut_of(&self, concerns: impl Fn(u32) -> bool, at_most: u64) -> Vec<u32> {
+        let n = |node: u32| u64::from(self.nodes[node as usize].n_surfels);
+        let coarse = |node: u32| (self.nodes[node as usize].grain.to_bits(), Reverse(node));
+        let mut open: BinaryHeap<_> =
+            [0].into_iter().filter(|&root| concerns(root)).map(coarse).collect();
+        let mut n_surfels: u64 = open.iter().map(|(_, Reverse(node))| n(*node)).sum();
+        let mut cut = Vec::new();
+        while let Some((_, Reverse(node))) = open.pop() {
+            let [first, count] = self.nodes[node as usize].children;
+            let finer: Vec<u32> = (first..first + count).filter(|&child| concerns(child)).collect();
+            let refined = n_surfels - n(node) + finer.iter().map(|&child| n(child)).sum::<u64>();
+            if count == 0 || refined > at_most.max(n_surfels) {
+                cut.push(node);
+                continue;
+            }
+            n_surfels = refined;
+            open.extend(finer.into_iter().map(coarse));
+        }
+        cut.sort_unstable();
+        cut
+    }
+
+    /// The whole with something done to it, as one cloud: as fine as it needs to have `at_least` surfels, of nodes with at
+    /// most `at_most` before. Nodes of which `is_there` says that nothing is left are not read. Nothing where no surfel is
+    /// found.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), and what `change` says.
+    pub fn changed_overview(
+        &self,
+        (at_least, at_most): (u64, u64),
+        is_there: impl Fn(u32) -> bool,
+        change: impl Fn(u32, Cloud) -> Result<Cloud, String>,
+    ) -> Result<Option<Cloud>, PyramidError> {
+        let mut cut: Vec<u32> = [0].into_iter().filter(|&root| is_there(root)).collect();
+        loop {
+            let changed = |&node: &u32| {
+                change(node, self.read(node)?).map_err(|line| PyramidError::file(&self.path, line))
+            };
+            let clouds = cut.iter().map(changed).collect::<Result<Vec<_>, _>>()?;
+            let n: u64 = clouds.iter().map(|cloud| cloud.len() as u64).sum();
+            let finer = cut.iter().flat_map(|&node| {
+                let record = &self.nodes[node as usize];
+                let [first, count] = record.children;
+                if record.is_leaf() { node..node + 1 } else { first..first + count }
+            });
+            let finer: Vec<u32> = finer.filter(|&node| is_there(node)).collect();
+            let more: u64 =
+                finer.iter().map(|&node| u64::from(self.nodes[node as usize].n_surfels)).sum();
+            if n < at_least && finer != cut && more <= at_most {
+                cut = finer;
+                continue;
+            }
+            let clouds: Vec<&Cloud> = clouds.iter().filter(|cloud| !cloud.is_empty()).collect();
+            if clouds.is_empty() {
+                return Ok(None);
+            }
+            let cloud = together(&clouds, self.origin(), Missing::LeftOut)
+                .map_err(|error| PyramidError::file(&self.path, error.to_string()))?;
+            return Ok(Some(cloud.with_object(self.object())));
+        }
     }
 
     /// The box that textures are fastened to: that of the same cloud in memory.

@@ -2,9 +2,10 @@
 
 use crate::input::clouds::Clouds;
 use crate::input::displayed::DisplayedClouds;
+use crate::input::drawn::{self, Drawn, Wait};
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::formats::SessionFormats;
-use crate::input::pyramids::{self, Drawn, Wait};
+use crate::input::pyramids;
 use crate::input::scenes::Source;
 use crate::options::camera::CameraSpec;
 use crate::options::colors::PointSpec;
@@ -209,7 +210,7 @@ impl RenderSetup {
     pub fn drawn<'a>(&self, clouds: &'a Clouds, view: &View) -> anyhow::Result<Drawn<'a>> {
         let detail_px = self.pyramid_detail_px;
         let drawn = clouds.drawn(view, &self.scene.surface, detail_px, Wait::ForAll)?;
-        pyramids::note(&drawn, detail_px);
+        drawn::note(&drawn, detail_px);
         Ok(drawn)
     }
 

@@ -32,7 +32,12 @@ fn run(bytes: &[u8]) {
         let (surface, transform) = (SurfaceSettings::default(), Transform::default());
         for detail in [0.0, 1.0, 100.0] {
             let view = CutView::new(&view, &surface, &transform, detail);
-            let cut = Cut::of(pyramid.nodes(), &view, 1 << 20, |node| node % 3 != 1);
+            let cut = Cut::of(
+                pyramid.nodes(),
+                &view,
+                1 << 20,
+                (|node| node % 3 != 1, |node| node % 7 != 6),
+            );
             assert!(cut.nodes.len() <= pyramid.nodes().len());
         }
         for node in pyramid.overview(1 << 16).into_iter().take(4) {

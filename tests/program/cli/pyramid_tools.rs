@@ -237,3 +237,88 @@ fn what_tools_cannot_do_to_pyramids_is_one_line() {
     };
     assert!(radii.iter().all(|&radius| radius > 0.02), "they cover the surface");
 }
+
+/// Costs 6 s.
+#[test]
+fn what_is_selected_of_a_pyramid_is_that_of_its_cloud() {
+    let desk = TestFolder::new();
+    put(&desk, 120_000);
+    let count = |line: &str| {
+        let object = desk.run(line).json();
+        (object["selected"].as_u64().unwrap(), object["surfels"].as_u64().unwrap())
+    };
+    for what in [
+        "all",
+        "box:-2,-2,-2:0,2,2",
+        "box:-0.4,-2,-0.4:0.4,2,0.4:30",
+        "sphere:0,1,0:0.7 not:plane:0.1,0,0:1,0,0",
+        "height=0.2..0.6 and:sphere:1,0,0:0.9 invert",
+        "not:height=..0",
+    ] {
+        let [own, expected] =
+            ["a.surfels", "a.ply"].map(|file| count(&format!("select {file} {what} --json")));
+        assert_eq!(own, expected, "{what}");
+        assert!(own.0 > 0 && own.1 == 120_000, "{what}: {own:?}");
+    }
+    // Measures are of the same surfels.
+    for measure in [
+        "--profile=-0.9,0.1,0.2:0.8,0.3,-0.4 --thickness 0.1",
+        "--volume 0.1,0.9,0.1:0.3,0.9,0.1:0.3,0.9,0.4:0.1,0.9,0.4",
+    ] {
+        let numbers = |file: &str| -> Vec<f64> {
+            let object = desk.run(&format!("measure {file} {measure} --json")).json();
+            let numbers = object["measures"][0]["quantities"].as_array().unwrap();
+            numbers.iter().map(|number| number["value"].as_f64().unwrap()).collect()
+        };
+        let (own, expected) = (numbers("a.surfels"), numbers("a.ply"));
+        // Sums are of another order.
+        let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * b.abs().max(1e-3);
+        assert!(own.len() > 3 && own.iter().zip(&expected).all(is_near), "{own:?}, {expected:?}");
+    }
+    // Two edits, one after the other, beside the pyramid.
+    desk.run("select a.surfels sphere:0,1,0:0.8 --delete -o a.layer.json").done();
+    let told = desk
+        .run("select a.surfels height=..-0.5 --layer a.layer.json --set class=7 -o b.layer.json")
+        .done()
+        .stdout;
+    desk.run("select a.ply sphere:0,1,0:0.8 --delete -o a1.ply").done();
+    desk.run("select a1.ply height=..-0.5 --set class=7 -o b.ply").done();
+    let expected = numbers(&read(&desk, "b.ply"), "class");
+    assert!(told.contains(&format!("edits that leave {} surfels", expected.len())), "{told}");
+    let baked = desk.run("select a.surfels all --layer b.layer.json -o b.surfels --memory 64MB");
+    assert!(baked.done().stdout.contains(&format!("b.surfels: {} surfels", expected.len())));
+    let mut found = HashMap::new();
+    leaves(&desk, "b.surfels").iter().for_each(|leaf| found.extend(numbers(leaf, "class")));
+    assert!(found == expected && expected.values().any(|&class| class == 7.0));
+    desk.run("select a.surfels all --layer b.layer.json -o b.layer.json").failed(&["b.layer.json"]);
+    // A scene names them.
+    let scene = "format = 1\n[[clouds]]\npath = \"a.surfels\"\nlayer = \"b.layer.json\"\n";
+    std::fs::write(desk.at("s.scene.toml"), scene).unwrap();
+    assert_eq!(count("select s.scene.toml all --json").1, expected.len() as u64);
+    // What cannot be is a line.
+    let wrong = |line: &str, said: &str| {
+        desk.run(line).failed(&[said]);
+    };
+    wrong("select a.surfels all grow", "want all surfels in memory");
+    wrong("select a.surfels all --delete -o none.layer.json", "nothing would be left");
+    wrong("select a.surfels all -o some.ply", "writes another one, .surfels, or its edits");
+    wrong(
+        "select a.ply all --layer b.layer.json",
+        "expected a pyramid, which layers of edits belong to",
+    );
+    wrong("select b.surfels all --layer b.layer.json", "expected the layer of a cloud of");
+    wrong("select a.surfels klass=1", "no cloud has a column `klass`");
+    std::fs::write(desk.at("s.scene.toml"), scene.replace("a.surfels", "a.ply")).unwrap();
+    wrong("render s.scene.toml -o x.png", "found a cloud that memory holds");
+    let text = std::fs::read_to_string(desk.at("b.layer.json")).unwrap();
+    for (from, to, said) in [
+        ("surfelshop layer", "surfelshop", "expected \"format\""),
+        ("\"version\":1", "\"version\":9", "update Surfelshop"),
+        ("delete", "burn", "expected a layer of edits"),
+        ("\"radius\":0.8", "\"radius\":null", "expected a layer of edits"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(desk.at("wrong.layer.json"), text.replace(from, to)).unwrap();
+        wrong("select a.surfels all --layer wrong.layer.json", said);
+    }
+}

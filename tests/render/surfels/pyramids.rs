@@ -2,9 +2,13 @@
 
 use glam::DVec3;
 use std::path::Path;
+use std::time::Duration;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Scene, View};
+use surfelshop_cloud::selection::{
+    Combine, EditLayer, HiddenOnes, LayerChange, Region, RegionSelection, RegionStep,
+};
 use surfelshop_cloud::{Loaded, ReadOptions, WriteOptions};
 use surfelshop_image::Image;
 use surfelshop_pyramid::{IndexOptions, index};
@@ -13,7 +17,8 @@ use surfelshop_render::{
 };
 use surfelshop_session::input::budget::Budget;
 use surfelshop_session::input::clouds::Clouds;
-use surfelshop_session::input::pyramids::{self, Wait};
+use surfelshop_session::input::drawn::Wait;
+use surfelshop_session::input::pyramids;
 use surfelshop_tests::{clouds, stage};
 
 const OUTPUTS: [Output; 3] = [Output::Color, Output::Depth, Output::Albedo];
@@ -160,6 +165,93 @@ fn coarser_detail_draws_fewer_surfels_and_little_else() {
     assert!(last < N / 8, "{last}");
 }
 
+/// Where and what is edited, in the coordinates of the file.
+fn edits() -> EditLayer {
+    let take = |region: Region, how| RegionStep::Take { how, region };
+    let select = |steps: Vec<RegionStep>| RegionSelection { steps, ..RegionSelection::default() };
+    let ball = Region::Sphere { center: DVec3::new(0.3, 0.4, 0.9), radius: 0.4 };
+    let upper = Region::Plane { point: DVec3::new(0.0, 0.5, 0.0), normal: DVec3::Y };
+    let lower = Region::Plane { point: DVec3::new(0.0, -0.3, 0.0), normal: DVec3::NEG_Y };
+    let red = LayerChange::Set { column: "color".to_owned(), values: vec![200.0, 30.0, 20.0] };
+    let chosen = [take(upper, Combine::Add), take(ball, Combine::Subtract)];
+    EditLayer::default()
+        .with(select(chosen.into()), LayerChange::Delete)
+        .with(select(vec![take(lower, Combine::Add)]), red)
+}
+
+/// Costs 3 s.
+#[test]
+fn edits_of_a_pyramid_are_those_of_its_cloud() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = pyramid(folder.path());
+    let cloud = edits().applied(clouds::wavy_sphere(N), None, HiddenOnes::LeftOut).unwrap();
+    assert!(cloud.len() < N * 9 / 10 && cloud.len() > N / 2);
+    let whole = Clouds::of(vec![Loaded { cloud, summary: Default::default() }]);
+    let mut lab = Lab::new(SurfelDrawing::Processor);
+    let expected = lab.pictures(&whole, view(), 0.0, Wait::ForAll);
+    let edited = |clouds: &Clouds, layer: EditLayer| {
+        let (cloud, pyramid) = clouds.pyramids[0].edited(layer).unwrap();
+        let summary = clouds.loaded[0].summary.clone();
+        Clouds { pyramids: vec![pyramid.into()], ..Clouds::of(vec![Loaded { cloud, summary }]) }
+    };
+    let plain = opened(&path, 1 << 32);
+    let before = lab.pictures(&plain, view(), 0.0, Wait::ForAll);
+    let read = |clouds: &Clouds| clouds.pyramids[0].nodes().in_memory().nodes_read;
+    let changed = edited(&plain, edits());
+    let found = lab.pictures(&changed, view(), 0.0, Wait::ForAll);
+    for (expected, found) in expected.iter().zip(&found) {
+        // As for leaves without edits.
+        let (most, apart) = difference(expected, found);
+        assert!(most < 1e-3 && apart == 0, "{most}, {apart} pixels");
+    }
+    // They share nodes, and undone it is as before.
+    let undone = lab.pictures(&plain, view(), 0.0, Wait::ForAll);
+    assert!(undone.iter().zip(&before).all(|(a, b)| a.data == b.data));
+    // Nodes that no edit reaches are not read again.
+    let take = |region: Region| vec![RegionStep::Take { how: Combine::Add, region }];
+    let select = |steps| RegionSelection { steps, ..RegionSelection::default() };
+    let dent = Region::Sphere { center: DVec3::new(0.3, 0.4, 0.9), radius: 0.1 };
+    let dented = EditLayer::default().with(select(take(dent)), LayerChange::Hide);
+    let n_read = read(&plain);
+    let dented = edited(&plain, dented);
+    let found_dented = lab.pictures(&dented, view(), 0.0, Wait::ForAll);
+    let n_again = read(&dented) - n_read;
+    assert!(n_again > 0 && n_again < 8, "{n_again} of {n_read}");
+    assert!(difference(&before[0], &found_dented[0]).0 > 1e-3, "the far side is seen there");
+    // From another cache, coarser, and node by node as they come.
+    let small = edited(&opened(&path, 1 << 28), edits());
+    for detail in [0.0, 2.0] {
+        let a = lab.pictures(&changed, view(), detail, Wait::ForAll);
+        let b = lab.pictures(&small, view(), detail, Wait::ForAll);
+        assert!(a.iter().zip(&b).all(|(a, b)| a.data == b.data), "{detail}");
+    }
+    let surface = lab.scene.surface;
+    let late = edited(&opened(&path, 1 << 32), edits());
+    late.wish((&view(), None), &surface, 0.0);
+    while late.is_waited_for() {
+        late.wait(Duration::from_millis(20)).unwrap();
+        late.wish((&view(), None), &surface, 0.0);
+    }
+    let come = lab.pictures(&late, view(), 0.0, Wait::ForNone);
+    assert!(come.iter().zip(&found).all(|(a, b)| a.data == b.data));
+    // What is deleted as a whole is not read.
+    let all = |how| RegionStep::Take { how, region: Region::All };
+    let ball = Region::Sphere { center: DVec3::Z, radius: 0.05 };
+    let steps = vec![all(Combine::Add), RegionStep::Take { how: Combine::Subtract, region: ball }];
+    let crop = RegionSelection { steps, ..RegionSelection::default() };
+    let fresh = opened(&path, 1 << 32);
+    let little = edited(&fresh, EditLayer::default().with(crop, LayerChange::Delete));
+    let n = little.loaded[0].cloud.len();
+    // Of a ball of this radius on a sphere, as many as it has of the area, as finely as leaves have it.
+    assert!((N / 2000..N / 1000).contains(&n), "{n} of {N}");
+    lab.pictures(&little, view(), 0.0, Wait::ForAll);
+    assert!(read(&little) <= 4, "{}", read(&little));
+    let nothing = RegionSelection { steps: vec![all(Combine::Add)], ..RegionSelection::default() };
+    let nothing = EditLayer::default().with(nothing, LayerChange::Hide);
+    let line = fresh.pyramids[0].edited(nothing).err().unwrap().to_string();
+    assert!(line.contains("a cloud cannot be left without any"), "{line}");
+}
+
 #[test]
 fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
     let folder = tempfile::tempdir().unwrap();
@@ -214,7 +306,7 @@ fn a_flight_of_two_thousand_frames_stays_within_its_memory() {
         let (view, next) = (at(frame), at(frame + 6));
         clouds.wish((&view, Some(&next)), &surface, DETAIL);
         // A frame's time, of which the test does not wait for all.
-        clouds.wait(std::time::Duration::from_millis(2)).unwrap();
+        clouds.wait(Duration::from_millis(2)).unwrap();
         let drawn = clouds.drawn(&view, &surface, DETAIL, Wait::ForNone).unwrap();
         n_coarse += u32::from(drawn.n_missing() > 0);
         let use_of = &drawn.pyramids()[0];

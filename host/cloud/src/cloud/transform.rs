@@ -7,12 +7,13 @@ use crate::cloud::roles::{Misfit, Motion};
 use crate::error::CloudError;
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use surfelshop_api::ObjectFrame;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V};
 use surfelshop_geometry::Bounds;
 
 /// Where a cloud stands in a scene: scaled first, then turned, then moved.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Transform {
     /// Where the origin of the cloud's coordinates comes to lie, scene units.
     pub translation: DVec3,
@@ -23,7 +24,8 @@ pub struct Transform {
 }
 
 /// A rotation, kept in the form it was given in.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Rotation {
     /// A quaternion that need not have unit length, but some.
     Quaternion(DQuat),

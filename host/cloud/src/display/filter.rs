@@ -1,6 +1,7 @@
 //! Which surfels are shown, as a scene says it.
 
 use super::settings::{Attribute, whole};
+use serde::{Deserialize, Serialize};
 
 /// Which surfels are shown, by an attribute. Clouds without it are shown whole.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +41,8 @@ impl FilterAction {
 }
 
 /// A test of a number. NaN passes none.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "StoredTest", from = "StoredTest")]
 pub enum FilterTest {
     /// It lies between these, ends included; an end may be infinite.
     Range([f64; 2]),
@@ -55,6 +57,36 @@ impl FilterTest {
         match self {
             Self::Range([low, high]) => (*low..=*high).contains(&number),
             Self::Values(values) => whole(number).is_some_and(|whole| values.contains(&whole)),
+        }
+    }
+}
+
+/// A test as files have it: an end that is infinite is left open.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum StoredTest {
+    Range([Option<f64>; 2]),
+    Values(Vec<i64>),
+}
+
+impl From<FilterTest> for StoredTest {
+    fn from(test: FilterTest) -> Self {
+        match test {
+            FilterTest::Range(ends) => {
+                Self::Range(ends.map(|end| Some(end).filter(|end| end.is_finite())))
+            }
+            FilterTest::Values(values) => Self::Values(values),
+        }
+    }
+}
+
+impl From<StoredTest> for FilterTest {
+    fn from(stored: StoredTest) -> Self {
+        match stored {
+            StoredTest::Range([low, high]) => {
+                Self::Range([low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)])
+            }
+            StoredTest::Values(values) => Self::Values(values),
         }
     }
 }

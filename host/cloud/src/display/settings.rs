@@ -6,6 +6,7 @@ use super::maps::ColorMap;
 use super::splat_settings::SplatSettings;
 use crate::cloud::Cloud;
 use crate::cloud::axis::Axis;
+use serde::{Deserialize, Serialize};
 
 /// How clouds are displayed: what colours their surfels, which of them are shown, and how they look.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -107,7 +108,8 @@ pub enum ColorBy {
 }
 
 /// A number of each surfel.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Attribute {
     /// The world coordinate along the scene's upward axis, scene units.
     Height,

@@ -76,6 +76,8 @@ pub struct SceneCloud {
     pub renderer: Option<CloudRenderer>,
     /// Which of its surfels are hidden; `None` where none is.
     pub hidden: Option<HiddenSurfels>,
+    /// The file of its edits, where it is larger than memory, named as `path` is; `None` where it has none.
+    pub layer: Option<PathBuf>,
 }
 
 /// A renderer of a cloud's own.
@@ -91,8 +93,8 @@ impl SceneCloud {
     /// A visible cloud where its file says.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        let (name, transform, renderer, hidden) = (None, None, None, None);
-        Self { path: path.into(), name, visible: true, transform, renderer, hidden }
+        let (name, transform, renderer, hidden, layer) = (None, None, None, None, None);
+        Self { path: path.into(), name, visible: true, transform, renderer, hidden, layer }
     }
 }
 
@@ -178,6 +180,12 @@ impl SceneFile {
     #[must_use]
     pub fn path_of(&self, cloud: &SceneCloud) -> PathBuf {
         self.folder.join(&cloud.path)
+    }
+
+    /// The file of a cloud's edits, to be opened from the current folder; `None` where it has none.
+    #[must_use]
+    pub fn path_of_layer(&self, cloud: &SceneCloud) -> Option<PathBuf> {
+        cloud.layer.as_ref().map(|layer| self.folder.join(layer))
     }
 
     /// The file of a probe, to be opened from the current folder; `None` for built-in ones.

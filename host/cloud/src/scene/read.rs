@@ -193,6 +193,11 @@ fn cloud(mut section: Section<'_>) -> Result<(Keyed<SceneCloud>, usize), Fault> 
         let expected = "what a saved scene has here: hidden surfels, in base 64";
         cloud.hidden = Some(hidden.ok_or_else(|| entry.wrong(expected))?);
     }
+    if let Some(entry) = section.find("layer") {
+        let expected = "the path of a layer of edits";
+        let text = entry.text().filter(|text| !text.trim().is_empty() && !text.contains('\0'));
+        cloud.layer = Some(text.ok_or_else(|| entry.wrong(expected))?.into());
+    }
     if let Some(entry) = section.find("transform") {
         cloud.transform = Some(parts::transform(entry.section()?)?);
     }

@@ -21,7 +21,7 @@ use crate::toml_text::{
     Entries, Node, color, entry, float, lines, parameter, vector, with_unknown,
 };
 use glam::{DVec3, Vec3};
-use std::path::{MAIN_SEPARATOR, Path};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Projection, SurfaceSettings};
@@ -65,10 +65,13 @@ impl SceneFile {
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut clouds = Vec::with_capacity(self.clouds.len());
         for cloud in &self.clouds {
-            let named = path_text(&paths::moved(&cloud.path, &self.folder, folder));
-            let unnamed =
-                || SceneWriteError::Cloud { path: path.to_owned(), cloud: cloud.path.clone() };
-            clouds.push(cloud_entries(cloud, named.ok_or_else(unnamed)?));
+            let named = |file: &PathBuf| {
+                path_text(&paths::moved(file, &self.folder, folder)).ok_or_else(|| {
+                    SceneWriteError::Cloud { path: path.to_owned(), cloud: file.clone() }
+                })
+            };
+            let layer = cloud.layer.as_ref().map(named).transpose()?;
+            clouds.push(cloud_entries(cloud, named(&cloud.path)?, layer));
         }
         let tone_map = match self.tone_map {
             ToneMap::Clamp => "clamp",
@@ -172,7 +175,7 @@ fn path_text(path: &Path) -> Option<String> {
     Some(if is_slash { text.to_owned() } else { text.replace(MAIN_SEPARATOR, "/") })
 }
 
-fn cloud_entries(cloud: &Keyed<SceneCloud>, path: String) -> Entries {
+fn cloud_entries(cloud: &Keyed<SceneCloud>, path: String, layer: Option<String>) -> Entries {
     let mut entries = vec![entry("path", path)];
     if let Some(name) = &cloud.name {
         entries.push(entry("name", name.as_str()));
@@ -183,6 +186,7 @@ fn cloud_entries(cloud: &Keyed<SceneCloud>, path: String) -> Entries {
     if let Some(hidden) = &cloud.hidden {
         entries.push(entry("hidden", hidden.text()));
     }
+    entries.extend(layer.map(|layer| entry("layer", layer)));
     if let Some(transform) = &cloud.transform {
         entries.push(("transform".to_owned(), Node::Table(transform_entries(transform))));
     }

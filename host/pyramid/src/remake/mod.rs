@@ -50,6 +50,15 @@ pub struct RemakeOptions<'a> {
 pub type Change<'a> =
     &'a mut dyn FnMut(&Cloud, Progress<'_>) -> Result<Option<EditedCloud>, String>;
 
+/// Changes a leaf, of which surfels may go and values change and nothing else; an error is a line that ends the work.
+pub type LeafChange<'a> = &'a mut dyn FnMut(Cloud) -> Result<Cloud, String>;
+
+/// What is done to parts.
+enum Remaking<'a> {
+    Parts(Change<'a>),
+    Leaves(LeafChange<'a>),
+}
+
 /// What was made.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct RemakeSummary {
@@ -122,6 +131,28 @@ pub fn remake(
     options: &RemakeOptions<'_>,
     change: Change<'_>,
 ) -> Result<RemakeSummary, PyramidError> {
+    made_of(pyramid, output, options, &mut Remaking::Parts(change))
+}
+
+/// Makes a pyramid of another one, each of whose leaves is changed by itself as it is in the file.
+///
+/// # Errors
+/// As [`remake`].
+pub fn remake_leaves(
+    pyramid: &Pyramid,
+    output: &Path,
+    options: &RemakeOptions<'_>,
+    change: LeafChange<'_>,
+) -> Result<RemakeSummary, PyramidError> {
+    made_of(pyramid, output, options, &mut Remaking::Leaves(change))
+}
+
+fn made_of(
+    pyramid: &Pyramid,
+    output: &Path,
+    options: &RemakeOptions<'_>,
+    remaking: &mut Remaking<'_>,
+) -> Result<RemakeSummary, PyramidError> {
     let what = format!("{} {:?} {:?}", options.what, options.scope, options.rule);
     let inputs: Vec<&Path> =
         [pyramid.path()].into_iter().chain(options.depends.iter().copied()).collect();
@@ -147,7 +178,7 @@ pub fn remake(
         }
         let path = work.folder.join(format!("part-{number}.bin"));
         let part = Part { pyramid, node, scope: options.scope, rule: options.rule };
-        let found = kept_or_made(&path, |path| part.changed(path, &progress, &known, change));
+        let found = kept_or_made(&path, |path| part.changed(path, &progress, &known, remaking));
         let (top, counts) = match found {
             // Whatever it says when it is stopped.
             Err(_) if progress(0.0).is_break() => return Err(stopped()),

@@ -1,7 +1,7 @@
 //! A part of a pyramid: its surfels with those around it, and what they are changed to as nodes.
 
 use super::context;
-use super::{Change, Counts, Known};
+use super::{Counts, Known, Remaking};
 use crate::error::PyramidError;
 use crate::index::cells::{Cell, Cube};
 use crate::index::merged::NODE;
@@ -46,10 +46,17 @@ impl Part<'_> {
         path: &Path,
         progress: Progress<'_>,
         known: &Known,
-        change: Change<'_>,
+        remaking: &mut Remaking<'_>,
     ) -> Result<(Option<Made>, Counts), PyramidError> {
         let leaves = self.leaves();
         let leaves = leaves.into_iter().map(|leaf| self.pyramid.read(leaf));
+        let change = match remaking {
+            Remaking::Parts(change) => change,
+            Remaking::Leaves(change) => {
+                let change = |leaf: Result<Cloud, _>| change(leaf?).map_err(PyramidError::Points);
+                return self.changed_leaves(path, leaves.map(change));
+            }
+        };
         let leaves = leaves.collect::<Result<Vec<_>, _>>()?;
         let (given, n_own, bounds) = self.given(&leaves)?;
         let edited = change(&given, &share(progress, 0.05..0.85)).map_err(PyramidError::Points)?;
@@ -87,6 +94,24 @@ impl Part<'_> {
         let made = top.map(|node| node.made);
         let n_surfels = made.as_ref().map_or(0, |made| made.record.n_beneath);
         Ok((made, Counts { at_border, n_surfels, largest_radius, columns }))
+    }
+
+    /// The part with other leaves, its nodes written to a file.
+    fn changed_leaves(
+        &self,
+        path: &Path,
+        leaves: impl Iterator<Item = Result<Cloud, PyramidError>>,
+    ) -> Result<(Option<Made>, Counts), PyramidError> {
+        let leaves = leaves.collect::<Result<Vec<_>, _>>()?;
+        let radii = leaves.iter().flat_map(|leaf| leaf.radii());
+        let largest_radius = radii.copied().fold(0.0, f32::max);
+        let mut file = NodeFile::create(path)?;
+        file.rule = self.rule;
+        let top = self.rebuilt(leaves, &mut file)?;
+        file.finish()?;
+        let made = top.map(|node| node.made);
+        let n_surfels = made.as_ref().map_or(0, |made| made.record.n_beneath);
+        Ok((made, Counts { n_surfels, largest_radius, ..Counts::default() }))
     }
 
     /// The leaves beneath, in their order.

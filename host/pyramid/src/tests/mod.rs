@@ -2,7 +2,7 @@
 
 mod remaking;
 
-use crate::{Cut, CutView, IndexOptions, Nodes, Pyramid, PyramidError, index};
+use crate::{Cut, CutView, IndexOptions, NodeLook, Nodes, Pyramid, PyramidError, index};
 use glam::DVec3;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -289,35 +289,54 @@ fn nodes_within_a_budget_are_kept_and_read_once() {
     let view = View { camera, size_px: [400, 400], near: 0.01, far: 10.0 };
     let settings = SurfaceSettings::default();
     let view = CutView::new(&view, &settings, &Transform::default(), 0.0);
-    let cut = Cut::of(pyramid.nodes(), &view, u64::MAX, |_| true);
+    let cut = Cut::of(pyramid.nodes(), &view, u64::MAX, (|_| true, |_| true));
     assert!(cut.nodes.len() > 3 && cut.missing.is_empty());
-    let large = Nodes::new(Arc::clone(&pyramid), u64::MAX, Box::new(Ok));
-    let first = large.get(&cut.nodes).unwrap();
-    let again = large.get(&cut.nodes).unwrap();
+    let plain = Arc::new(NodeLook::default());
+    let large = Nodes::new(Arc::clone(&pyramid), u64::MAX);
+    let first = large.get(&cut.nodes, &plain).unwrap();
+    let again = large.get(&cut.nodes, &plain).unwrap();
     assert!(first.iter().zip(&again).all(|(a, b)| Arc::ptr_eq(a, b)));
     assert_eq!(large.in_memory().nodes_read, cut.nodes.len() as u64);
     // Wishes are read by another thread, the first first, and what fails is said once.
-    let wished = Nodes::new(Arc::clone(&pyramid), u64::MAX, Box::new(Ok));
-    wished.wish(&[], cut.nodes.clone());
+    let wished = Nodes::new(Arc::clone(&pyramid), u64::MAX);
+    wished.wish(&[], cut.nodes.clone(), &plain);
     while wished.is_loading() {
         wished.wait(Duration::from_secs(60)).unwrap();
     }
     assert_eq!(wished.in_memory().nodes, cut.nodes.len() as u64);
     assert!(wished.wait(Duration::ZERO).is_ok());
-    let again = wished.get(&cut.nodes).unwrap();
+    let again = wished.get(&cut.nodes, &plain).unwrap();
     assert_eq!(again.len(), cut.nodes.len());
     assert_eq!(wished.in_memory().nodes_read, cut.nodes.len() as u64, "none is read twice");
-    let failing =
-        Nodes::new(Arc::clone(&pyramid), u64::MAX, Box::new(|_| Err("it is not shown".to_owned())));
-    failing.wish(&[], cut.nodes.clone());
+    let failing = Nodes::new(Arc::clone(&pyramid), u64::MAX);
+    let refused = NodeLook {
+        prepare: Box::new(|_, _| Err("it is not shown".to_owned())),
+        ..NodeLook::default()
+    };
+    failing.wish(&[], cut.nodes.clone(), &Arc::new(refused));
     let fault = failing.wait(Duration::from_secs(60)).unwrap_err();
     assert!(fault.to_string().contains("it is not shown"), "{fault}");
     while failing.is_loading() {
         failing.wait(Duration::from_secs(60)).unwrap();
     }
-    let small = Nodes::new(pyramid, 1, Box::new(Ok));
-    small.get(&cut.nodes).unwrap();
-    small.get(&cut.nodes[..1]).unwrap();
+    // Another look is read anew where its number for a node is another one, and so is the one before.
+    let other = cut.nodes[1];
+    let half = NodeLook {
+        prepare: Box::new(|_, cloud| {
+            let mask: Vec<bool> = (0..cloud.len()).map(|i| i % 2 == 0).collect();
+            cloud.keep(&mask).map_err(|error| error.to_string())
+        }),
+        version: Box::new(move |node| u64::from(node == other)),
+    };
+    let changed = large.get(&cut.nodes, &half).unwrap();
+    let is_same = |i: usize| Arc::ptr_eq(&first[i], &changed[i]);
+    assert!((0..first.len()).all(|i| is_same(i) == (i != 1)));
+    assert_eq!(changed[1].len(), first[1].len().div_ceil(2));
+    assert_eq!(large.get(&cut.nodes, &plain).unwrap()[1].len(), first[1].len());
+    assert_eq!(large.in_memory().nodes_read, cut.nodes.len() as u64 + 2);
+    let small = Nodes::new(pyramid, 1);
+    small.get(&cut.nodes, &plain).unwrap();
+    small.get(&cut.nodes[..1], &plain).unwrap();
     assert_eq!(small.in_memory().nodes, 1, "what is not in use goes");
 }
 

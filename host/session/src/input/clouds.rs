@@ -2,11 +2,12 @@
 
 use crate::input::budget::Budget;
 use crate::input::formats::SessionFormats;
+use crate::input::layers;
 use crate::input::pyramids::{self, OpenPyramid};
 use crate::input::scenes::Source;
 use crate::options::camera::{Extent, N_DIRECTIONS, directions};
 use crate::output::terminal::{self, Progress};
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::path::Path;
@@ -72,7 +73,10 @@ impl Clouds {
                 None => {
                     let opened = match is_pyramid_file(path) {
                         true => pyramids::open(path, budget).map(Some),
-                        false => pyramids::open_in_place(path, in_place, budget),
+                        false => {
+                            let has_edits = source.layer.is_some();
+                            pyramids::open_in_place((path, has_edits), in_place, budget)
+                        }
                     };
                     let opened = match place {
                         Some(_) => opened.with_context(in_scene)?,
@@ -95,6 +99,9 @@ impl Clouds {
                 cloud.cloud = cloud.cloud.transformed(transform).with_context(in_scene)?;
                 cloud.summary.origin = cloud.cloud.origin().to_array();
                 pyramid = pyramid.map(|pyramid| pyramid.placed(transform, &cloud.cloud));
+            }
+            if let Some(layer) = &source.layer {
+                (cloud.cloud, pyramid) = edited(layer, pyramid.as_ref()).with_context(in_scene)?;
             }
             pyramids.extend(pyramid.map(Arc::new));
             loaded.push(cloud);
@@ -142,6 +149,22 @@ impl Clouds {
         });
         extent.reaching(found.map(|(_, place)| place))
     }
+}
+
+/// A pyramid with the edits of a file, and the cloud that stands for it then.
+fn edited(
+    layer: &Path,
+    pyramid: Option<&OpenPyramid>,
+) -> anyhow::Result<(Cloud, Option<OpenPyramid>)> {
+    let Some(pyramid) = pyramid else {
+        bail!(
+            "{}: expected a pyramid that these edits belong to, found a cloud that memory holds; remove `layer`",
+            layer.display()
+        );
+    };
+    let edits = layers::read(layer, pyramid.pyramid().directory().n_surfels)?;
+    let edited = pyramid.edited(edits).with_context(|| format!("{}", layer.display()))?;
+    Ok((edited.0, Some(edited.1)))
 }
 
 /// Surfels of which the hull is made; of more, so many of them.

@@ -11,7 +11,7 @@ use surfelshop_cloud::display::{
     Colors, Display, DisplayError, DisplaySettings, HiddenSurfels, Legend, Scale, Statistics,
     hiding,
 };
-use surfelshop_cloud::selection::{Selection, SelectionError, tinted};
+use surfelshop_cloud::selection::{RegionSelection, Selection, SelectionError, tinted};
 use surfelshop_cloud::{Cloud, Loaded, Summary};
 
 /// Clouds as they are displayed.
@@ -97,22 +97,33 @@ impl DisplayedClouds {
         Ok(Self { clouds: Arc::new(clouds), kept, display, n_surfels })
     }
 
-    /// The same with what is selected tinted; for each cloud a selection of the cloud that it was made of. What is not
-    /// selected stays as it is.
+    /// The same with what is selected tinted; for each cloud a selection of the cloud that it was made of, or of a
+    /// pyramid. What is not selected stays as it is.
     ///
     /// # Errors
-    /// Where there is no memory.
-    pub fn tinted(self, selections: &[Option<Arc<Selection>>]) -> Result<Self, SelectionError> {
-        if selections.iter().flatten().all(|selection| selection.is_empty()) {
+    /// Where a pyramid lacks an attribute, or there is no memory.
+    pub fn tinted(self, selections: &[Option<Selected>]) -> Result<Self, SelectionError> {
+        if selections.iter().flatten().all(Selected::is_empty) {
             return Ok(self);
         }
-        let mut loaded = self.clouds.loaded.clone();
+        let (mut loaded, mut pyramids) = (self.clouds.loaded.clone(), self.clouds.pyramids.clone());
         for (i, shown) in loaded.iter_mut().enumerate() {
-            if let Some(selection) = selections.get(i).and_then(Option::as_deref) {
-                shown.cloud = tinted(&shown.cloud, selection, self.rows(i))?;
+            match selections.get(i).and_then(Option::as_ref) {
+                None => {}
+                Some(Selected::Surfels(selection)) => {
+                    shown.cloud = tinted(&shown.cloud, selection, self.rows(i))?;
+                }
+                Some(Selected::Regions(regions, _)) => {
+                    let own = pyramids.iter_mut().find(|own| own.is_seen_as(&shown.cloud));
+                    if let Some(own) = own {
+                        *own = Arc::new(own.selecting(regions));
+                    }
+                    let selection = regions.select_in_world(&shown.cloud)?;
+                    shown.cloud = tinted(&shown.cloud, &selection, None)?;
+                }
             }
         }
-        let (standpoint, pyramids) = (self.clouds.standpoint, self.clouds.pyramids.clone());
+        let standpoint = self.clouds.standpoint;
         let clouds = Clouds { standpoint, pyramids, ..Clouds::of(loaded) };
         Ok(Self { clouds: Arc::new(clouds), ..self })
     }
@@ -184,6 +195,40 @@ impl DisplayedClouds {
             "splats": self.display.splats().to_string(),
             "surfels_hidden": self.n_hidden(),
         })
+    }
+}
+
+/// The share of the surfels that stand for a pyramid which is selected, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SelectedShare(pub f64);
+
+/// What is selected of a cloud.
+#[derive(Clone)]
+pub enum Selected {
+    /// Some of its surfels.
+    Surfels(Arc<Selection>),
+    /// What lies in regions, of a pyramid.
+    Regions(Arc<RegionSelection>, SelectedShare),
+}
+
+impl Selected {
+    /// Whether both share what is selected.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Surfels(one), Self::Surfels(other)) => Arc::ptr_eq(one, other),
+            (Self::Regions(one, _), Self::Regions(other, _)) => Arc::ptr_eq(one, other),
+            _ => false,
+        }
+    }
+
+    /// Whether surely nothing is selected.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Surfels(selection) => selection.is_empty(),
+            Self::Regions(regions, _) => regions.steps.is_empty(),
+        }
     }
 }
 

@@ -3,9 +3,11 @@
 pub mod budget;
 pub mod clouds;
 pub mod displayed;
+pub mod drawn;
 pub mod environment_map;
 pub mod formats;
 pub mod inside;
+pub mod layers;
 pub mod plausibility;
 pub mod probe_info;
 pub mod pyramids;

@@ -1,18 +1,22 @@
-//! Clouds larger than memory: pyramids that are open, and the nodes that a view is drawn from.
+//! Clouds larger than memory: pyramids that are open, as they are placed, edited and displayed.
 
 use crate::input::budget::Budget;
 use crate::input::clouds::Clouds;
 use crate::input::formats::SessionFormats;
 use crate::output::terminal;
+use glam::DVec3;
+use std::collections::HashMap;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
+use std::time::Instant;
 use surfelshop_api::columns::POSITION;
-use surfelshop_api::{CloudView, ObjectFrame, SurfaceSettings, View};
+use surfelshop_api::{SurfaceSettings, View};
 use surfelshop_cloud::display::{Display, Look};
-use surfelshop_cloud::{Cloud, Loaded, Summary, Transform, memory};
-use surfelshop_pyramid::{Cut, CutView, Nodes, NodesInMemory, Prepare, Pyramid, PyramidError};
-use surfelshop_render::{PartOf, Parts};
+use surfelshop_cloud::selection::{
+    Ball, EditLayer, HiddenOnes, Reach, RegionSelection, SelectionError, tinted,
+};
+use surfelshop_cloud::{Cloud, Column, Loaded, Summary, Transform, memory};
+use surfelshop_pyramid::{Cut, CutView, NodeLook, Nodes, Pyramid, PyramidError};
 
 /// Surfels that stand for the whole: what frames it, traces it, and is given to graphs as data.
 const OVERVIEW: u64 = 500_000;
@@ -39,156 +43,56 @@ const READ_BYTES: u64 = 400;
 /// How files are called that say they can be read in place, COPC and Potree; of others only who asks for it finds out.
 const IN_PLACE_ENDINGS: [&str; 2] = [".copc.laz", "metadata.json"];
 
-/// Nodes of a view that may come next, at most: so many that what is drawn now comes soon, too.
-const PREFETCHED: usize = 32;
+/// Surfels that stand for what edits have left, at least, where there are as many.
+const LEAST_OVERVIEW: u64 = 20_000;
 
-/// A pyramid that is open, as a scene places and displays it.
+/// A pyramid that is open, as a scene places, edits and displays it. A clone shares its nodes.
+#[derive(Clone)]
 pub struct OpenPyramid {
     transform: Transform,
-    nodes: Nodes,
+    /// The whole as the file has it, as one cloud.
+    whole: Cloud,
+    layer: Arc<KnownLayer>,
+    nodes: Arc<Nodes>,
+    look: Arc<NodeLook>,
     /// Which cloud stands for the whole: the generation of its positions.
     overview: u64,
     budget: Budget,
     /// Discs are drawn no larger, scene units.
     largest_radius: f64,
+    /// What is selected.
+    selected: Option<Arc<TintedNodes>>,
+    /// The nodes of displays: an edit leaves those it does not reach as they are.
+    displays: Arc<Mutex<Vec<KnownDisplay>>>,
 }
 
-/// What a view is drawn from.
+/// Edits, with what is known of nodes by now: what edits make of each, and whether they leave nothing of it.
 #[derive(Default)]
-pub struct Drawn<'a> {
-    clouds: Vec<Held<'a>>,
-    objects: Vec<PartOf>,
-    /// The nodes of each pyramid.
-    cuts: Vec<(&'a OpenPyramid, Cut)>,
+struct KnownLayer {
+    edits: EditLayer,
+    known: Mutex<HashMap<u32, (u64, bool)>>,
 }
 
-/// What a view is drawn from of a pyramid.
-#[derive(Clone, Debug, serde::Serialize)]
-pub struct PyramidUse {
-    /// The file.
-    pub file: String,
-    /// Nodes that are drawn, of all.
-    pub nodes_drawn: usize,
-    /// See there.
-    pub nodes: usize,
-    /// Surfels that are drawn, of those of all leaves.
-    pub surfels_drawn: u64,
-    /// See there.
-    pub surfels: u64,
-    /// The largest radius of a merged surfel in pixels; none where one lies before the near plane.
-    pub coarsest_px: Option<f64>,
-    /// What is in memory, and what was read for it.
-    pub memory: NodesInMemory,
-    /// Whether it is a file of points that is read in place: its nodes are cells, their points are not merged, and
-    /// how many there are of them is an estimate.
-    pub in_place: bool,
-}
+/// A display, with the nodes that are shown by it as long as somebody needs them.
+type KnownDisplay = (Arc<Display>, Weak<Nodes>);
 
-impl std::fmt::Display for PyramidUse {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self {
-            file,
-            nodes_drawn,
-            nodes,
-            surfels_drawn,
-            surfels,
-            coarsest_px,
-            memory,
-            in_place,
-        } = self;
-        if *in_place {
-            let (n, read) = (surfels_drawn.min(surfels), memory.nodes_read);
-            return write!(
-                out,
-                "{file}: drawn in place from {nodes_drawn} of {nodes} cells, about {n} of {surfels} points; {read} cells \
-                 were read"
-            );
-        }
-        let coarsest = match coarsest_px {
-            Some(px) if *px > 0.0 => format!("merged ones have at most {px:.2} pixels"),
-            Some(_) => "none of them merged".to_owned(),
-            None => "merged ones are close to the eye".to_owned(),
-        };
-        let megabytes = memory.bytes_read as f64 / 1e6;
-        write!(
-            out,
-            "{file}: drawn from {nodes_drawn} of {nodes} nodes, {surfels_drawn} of {surfels} surfels; {coarsest}; \
-             {} nodes were read, {megabytes:.1} MB",
-            memory.nodes_read
-        )
-    }
-}
-
-enum Held<'a> {
-    Whole(&'a Cloud),
-    Part(Arc<Cloud>, ObjectFrame),
-}
-
-impl Drawn<'_> {
-    /// What is drawn as renderers see it, with the clouds that it was chosen from.
-    pub fn with<'b>(&'b self, whole: &'b Clouds) -> DrawnViews<'b> {
-        let view = |held: &'b Held<'_>| match held {
-            Held::Whole(cloud) => cloud.view(),
-            Held::Part(cloud, object) => CloudView { object: *object, ..cloud.view() },
-        };
-        let clouds = self.clouds.iter().map(view).collect();
-        let has_parts = !self.cuts.is_empty();
-        let data = if has_parts { whole.views() } else { Vec::new() };
-        DrawnViews { clouds, data, objects: &self.objects, has_parts }
-    }
-
-    /// Nodes that would be drawn, and are not in memory.
-    pub fn n_missing(&self) -> usize {
-        self.cuts.iter().map(|(_, cut)| cut.missing.len()).sum()
-    }
-
-    /// What is drawn of each pyramid.
-    pub fn pyramids(&self) -> Vec<PyramidUse> {
-        let of = |(pyramid, cut): &(&OpenPyramid, Cut)| {
-            let file = pyramid.pyramid();
-            PyramidUse {
-                file: file.path().display().to_string(),
-                nodes_drawn: cut.nodes.len(),
-                nodes: file.nodes().len(),
-                surfels_drawn: cut.n_surfels,
-                surfels: file.directory().n_surfels,
-                coarsest_px: Some(cut.coarsest_px).filter(|px| px.is_finite()),
-                memory: pyramid.nodes.in_memory(),
-                in_place: file.is_in_place(),
-            }
-        };
-        self.cuts.iter().map(of).collect()
-    }
-}
-
-/// What a view is drawn from as renderers see it.
-pub struct DrawnViews<'a> {
-    clouds: Vec<CloudView<'a>>,
-    data: Vec<CloudView<'a>>,
-    objects: &'a [PartOf],
-    has_parts: bool,
-}
-
-impl DrawnViews<'_> {
-    /// The clouds and parts.
-    pub fn clouds(&self) -> &[CloudView<'_>] {
-        &self.clouds
-    }
-
-    /// What they are parts of; nothing where all of them are whole.
-    pub fn parts(&self) -> Option<Parts<'_>> {
-        self.has_parts.then_some(Parts { objects: self.objects, data: &self.data })
-    }
+/// What is selected of a pyramid, with the nodes that show it.
+struct TintedNodes {
+    selection: Arc<RegionSelection>,
+    /// Of each node what it looks like otherwise.
+    known: Mutex<HashMap<u32, [Arc<Cloud>; 2]>>,
 }
 
 /// Opens a file whose points lie in an octree as a pyramid, where that was asked for, or memory would not hold it.
+/// Edits that belong to a file ask for it.
 pub fn open_in_place(
-    path: &Path,
+    (path, has_edits): (&Path, bool),
     formats: Option<&SessionFormats>,
     budget: Budget,
 ) -> Result<Option<(Loaded, OpenPyramid)>, PyramidError> {
     let Some(formats) = formats else { return Ok(None) };
-    let is_asked = IN_PLACE.get().copied().unwrap_or_default();
+    let is_typed = IN_PLACE.get().copied().unwrap_or_default();
+    let is_asked = is_typed || has_edits;
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let says_so = IN_PLACE_ENDINGS.iter().any(|ending| name.ends_with(ending)) || path.is_dir();
     if !is_asked && !says_so {
@@ -201,7 +105,7 @@ pub fn open_in_place(
         in_place => in_place?,
     };
     let Some(pyramid) = in_place else {
-        if is_asked {
+        if is_typed {
             terminal::warn(format!(
                 "{}: its points lie in no octree that could be read in place; `surfelshop index` makes a pyramid",
                 path.display()
@@ -258,11 +162,19 @@ fn opened(
         seconds: started.elapsed().as_secs_f64(),
         ..Summary::default()
     };
-    let transform = Transform::default();
-    let overview = generation(&cloud);
-    let nodes = Nodes::new(pyramid, budget.kept(), Box::new(Ok));
-    let largest_radius = f64::INFINITY;
-    let pyramid = OpenPyramid { transform, nodes, overview, budget, largest_radius };
+    let (transform, layer) = (Transform::default(), Arc::<KnownLayer>::default());
+    let pyramid = OpenPyramid {
+        look: look(&pyramid, transform, &layer, None),
+        nodes: Arc::new(Nodes::new(pyramid, budget.kept())),
+        whole: cloud.clone(),
+        transform,
+        layer,
+        overview: generation(&cloud),
+        budget,
+        largest_radius: f64::INFINITY,
+        selected: None,
+        displays: Arc::default(),
+    };
     Ok((Loaded { cloud, summary }, pyramid))
 }
 
@@ -278,7 +190,7 @@ fn largest_radius(display: &Display) -> f64 {
 
 /// Tells clouds apart.
 fn generation(cloud: &Cloud) -> u64 {
-    cloud.column(POSITION).map_or(0, surfelshop_cloud::Column::generation)
+    cloud.column(POSITION).map_or(0, Column::generation)
 }
 
 impl OpenPyramid {
@@ -289,29 +201,149 @@ impl OpenPyramid {
 
     /// The same pyramid where a scene places it; `overview` stands for it there.
     pub fn placed(&self, transform: &Transform, overview: &Cloud) -> Self {
-        let transform = *transform;
-        let place =
-            move |cloud: Cloud| cloud.transformed(&transform).map_err(|error| error.to_string());
-        self.prepared(transform, Box::new(place), overview)
+        let (pyramid, transform) = (self.nodes.pyramid(), *transform);
+        Self {
+            transform,
+            look: look(pyramid, transform, &self.layer, None),
+            nodes: Arc::new(Nodes::new(Arc::clone(pyramid), self.budget.kept())),
+            overview: generation(overview),
+            displays: Arc::default(),
+            ..self.clone()
+        }
+    }
+
+    /// The edits of it.
+    pub fn layer(&self) -> &EditLayer {
+        &self.layer.edits
+    }
+
+    /// How it stands in the world.
+    pub fn transform(&self) -> &Transform {
+        &self.transform
+    }
+
+    /// The same pyramid with other edits, not displayed; and the cloud that stands for it then.
+    ///
+    /// # Errors
+    /// Where nothing would be left, an edit does not fit its columns, or a node cannot be read.
+    pub fn edited(&self, layer: EditLayer) -> anyhow::Result<(Cloud, Self)> {
+        layer.check(&self.whole)?;
+        let pyramid = self.nodes.pyramid();
+        let layer = Arc::new(KnownLayer { edits: layer, known: Mutex::default() });
+        let cloud = self.overview_of(&layer)?;
+        // It is told apart from the one before even where it is the same.
+        let positions =
+            cloud.column(POSITION).map(|old| Column::new(POSITION, 3, old.values().clone()));
+        let cloud = cloud.with_columns(positions.into_iter().collect())?;
+        let cloud = cloud.transformed(&self.transform)?;
+        let edited = Self {
+            look: look(pyramid, self.transform, &layer, None),
+            overview: generation(&cloud),
+            layer,
+            selected: None,
+            ..self.clone()
+        };
+        Ok((cloud, edited))
+    }
+
+    /// The cloud that stands for what edits leave.
+    fn overview_of(&self, layer: &KnownLayer) -> anyhow::Result<Cloud> {
+        let pyramid = self.nodes.pyramid();
+        let cloud = layer.edits.applied(self.whole.clone(), None, HiddenOnes::LeftOut)?;
+        if cloud.len() as u64 >= LEAST_OVERVIEW.min(self.whole.len() as u64) {
+            return Ok(cloud);
+        }
+        // Of a small part the whole says too little.
+        let most = if pyramid.is_in_place() { OVERVIEW_IN_PLACE } else { OVERVIEW };
+        let is_there = |node| !layer.of(pyramid, node).1;
+        let change = |node: u32, part: Cloud| {
+            let edited = layer.edits.applied(part, pyramid.ball(node), HiddenOnes::LeftOut);
+            edited.map_err(|error| error.to_string())
+        };
+        let found = pyramid.changed_overview((LEAST_OVERVIEW, most), is_there, change)?;
+        let Some(cloud) = found else {
+            let n_nodes = u32::try_from(pyramid.nodes().len()).unwrap_or(u32::MAX);
+            let is_left = |node: u32| pyramid.nodes()[node as usize].is_leaf() && is_there(node);
+            if !(0..n_nodes).any(is_left) {
+                let len = usize::try_from(pyramid.directory().n_surfels).unwrap_or(usize::MAX);
+                return Err(SelectionError::Everything { len }.into());
+            }
+            // Few surfels may be left anywhere, which merged ones do not show.
+            return Ok(self.whole.clone());
+        };
+        Ok(cloud.with_source(self.whole.source().clone()).with_object(self.whole.object()))
     }
 
     /// The same pyramid coloured and filtered; `overview` stands for it then.
     pub fn displayed(&self, display: &Arc<Display>, overview: &Cloud) -> Self {
-        let largest_radius = largest_radius(display);
-        let (transform, display) = (self.transform, Arc::clone(display));
-        let show = move |cloud: Cloud| {
-            let placed = cloud.transformed(&transform).map_err(|error| error.to_string())?;
-            let shown = display.of(&placed).map_err(|error| error.to_string())?;
-            Ok(shown.cloud)
-        };
-        Self { largest_radius, ..self.prepared(transform, Box::new(show), overview) }
+        let pyramid = self.nodes.pyramid();
+        let mut displays = self.displays.lock().unwrap_or_else(PoisonError::into_inner);
+        displays.retain(|(_, nodes)| nodes.strong_count() > 0);
+        let known = displays.iter().find(|(known, _)| known == display);
+        let nodes = known.and_then(|(_, nodes)| nodes.upgrade()).unwrap_or_else(|| {
+            let nodes = Arc::new(Nodes::new(Arc::clone(pyramid), self.budget.kept()));
+            displays.push((Arc::clone(display), Arc::downgrade(&nodes)));
+            nodes
+        });
+        Self {
+            largest_radius: largest_radius(display),
+            look: look(pyramid, self.transform, &self.layer, Some(Arc::clone(display))),
+            nodes,
+            overview: generation(overview),
+            ..self.clone()
+        }
     }
 
-    fn prepared(&self, transform: Transform, prepare: Prepare, overview: &Cloud) -> Self {
-        let pyramid = Arc::clone(self.nodes.pyramid());
-        let nodes = Nodes::new(pyramid, self.budget.kept(), prepare);
-        let (overview, budget) = (generation(overview), self.budget);
-        Self { transform, nodes, overview, budget, largest_radius: self.largest_radius }
+    /// The same pyramid with what is selected tinted.
+    pub fn selecting(&self, selection: &Arc<RegionSelection>) -> Self {
+        let known = self.selected.as_ref().filter(|known| known.selection == *selection);
+        let new =
+            || Arc::new(TintedNodes { selection: Arc::clone(selection), known: Mutex::default() });
+        Self { selected: Some(known.cloned().unwrap_or_else(new)), ..self.clone() }
+    }
+
+    /// The nodes that are read and kept.
+    pub fn nodes(&self) -> &Nodes {
+        &self.nodes
+    }
+
+    /// Nodes as they are shown, read where they are not in memory.
+    ///
+    /// # Errors
+    /// Where a node cannot be read.
+    pub fn shown(&self, nodes: &[u32]) -> Result<Vec<Arc<Cloud>>, PyramidError> {
+        let parts = self.nodes.get(nodes, &self.look)?;
+        match &self.selected {
+            None => Ok(parts),
+            Some(tinted) => tinted.of(self.nodes.pyramid(), parts, nodes),
+        }
+    }
+
+    /// What is shown of the leaves that `reaches` says yes of, by balls around them in the world; of more than `most`
+    /// surfels merged ones, the coarsest refined first. What is selected is not tinted.
+    ///
+    /// # Errors
+    /// Where a node cannot be read.
+    pub fn within(
+        &self,
+        reaches: impl Fn(DVec3, f64) -> bool,
+        most: u64,
+    ) -> Result<Vec<Arc<Cloud>>, PyramidError> {
+        let pyramid = self.nodes.pyramid();
+        let Transform { translation, rotation, scale } = self.transform;
+        let turn = rotation.quaternion().unwrap_or_default();
+        let concerns = |node: u32| {
+            let in_world = |(middle, radius): Ball| {
+                reaches(turn * (middle * scale) + translation, radius * scale)
+            };
+            !self.layer.of(pyramid, node).1 && pyramid.ball(node).is_some_and(in_world)
+        };
+        self.nodes.get(&pyramid.cut_of(concerns, most), &self.look)
+    }
+
+    /// Wishes for nodes; see [`Nodes::wish`].
+    pub fn wish(&self, in_use: &[u32], wishes: Vec<u32>) {
+        self.nodes.wish(in_use, wishes, &self.look);
     }
 
     /// The pyramid.
@@ -331,8 +363,91 @@ impl OpenPyramid {
             ..CutView::new(view, surface, &self.transform, detail_px)
         };
         let pyramid = self.nodes.pyramid();
-        Cut::of(pyramid.nodes(), &view, self.budget.drawn(pyramid.surfel_bytes()), at_hand)
+        let is_there = |node: u32| !self.layer.of(pyramid, node).1;
+        let most = self.budget.drawn(pyramid.surfel_bytes());
+        Cut::of(pyramid.nodes(), &view, most, (at_hand, is_there))
     }
+}
+
+impl TintedNodes {
+    /// Nodes with what is selected of them tinted.
+    fn of(
+        &self,
+        pyramid: &Pyramid,
+        parts: Vec<Arc<Cloud>>,
+        nodes: &[u32],
+    ) -> Result<Vec<Arc<Cloud>>, PyramidError> {
+        let tint = |part: &Arc<Cloud>, node: u32| -> Result<Arc<Cloud>, SelectionError> {
+            let may_be = pyramid.ball(node).is_none_or(|(middle, radius)| {
+                self.selection.reach(middle, radius) != Reach::Nothing
+            });
+            if !may_be || part.is_empty() {
+                return Ok(Arc::clone(part));
+            }
+            let selected = self.selection.select_in_world(part)?;
+            Ok(Arc::new(tinted(part, &selected, None)?))
+        };
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let tinted: Vec<[Arc<Cloud>; 2]> = parts
+            .into_iter()
+            .zip(nodes)
+            .map(|(part, &node)| match known.get(&node) {
+                Some([before, tinted]) if Arc::ptr_eq(before, &part) => {
+                    Ok([part, Arc::clone(tinted)])
+                }
+                _ => {
+                    let tinted = tint(&part, node).map_err(|error| {
+                        PyramidError::Points(format!("{}: {error}", pyramid.path().display()))
+                    })?;
+                    Ok([part, tinted])
+                }
+            })
+            .collect::<Result<_, PyramidError>>()?;
+        // Those whose nodes have gone go, too.
+        known.retain(|_, [before, _]| Arc::strong_count(before) > 1);
+        known.extend(nodes.iter().copied().zip(tinted.iter().cloned()));
+        Ok(tinted.into_iter().map(|[_, tinted]| tinted).collect())
+    }
+}
+
+impl KnownLayer {
+    /// What edits make of a node, as [`EditLayer::version`] tells it, and whether they leave nothing of it.
+    fn of(&self, pyramid: &Pyramid, node: u32) -> (u64, bool) {
+        let Some(ball) = pyramid.ball(node).filter(|_| !self.edits.is_empty()) else {
+            return (0, false);
+        };
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        *known.entry(node).or_insert_with(|| {
+            let version = self.edits.version(ball, |name| pyramid.has_column(name));
+            (version, version != 0 && self.edits.removes(ball, HiddenOnes::LeftOut))
+        })
+    }
+}
+
+/// What is shown of nodes: edited, then placed, then coloured and filtered.
+fn look(
+    pyramid: &Arc<Pyramid>,
+    transform: Transform,
+    layer: &Arc<KnownLayer>,
+    display: Option<Arc<Display>>,
+) -> Arc<NodeLook> {
+    let prepare = {
+        let (pyramid, layer) = (Arc::clone(pyramid), Arc::clone(layer));
+        move |node: u32, cloud: Cloud| {
+            let edited = layer.edits.applied(cloud, pyramid.ball(node), HiddenOnes::LeftOut);
+            let edited = edited.map_err(|error| error.to_string())?;
+            let placed = edited.transformed(&transform).map_err(|error| error.to_string())?;
+            match &display {
+                None => Ok(placed),
+                Some(display) => {
+                    display.of(&placed).map(|shown| shown.cloud).map_err(|error| error.to_string())
+                }
+            }
+        }
+    };
+    let (pyramid, layer) = (Arc::clone(pyramid), Arc::clone(layer));
+    let version = move |node: u32| layer.of(&pyramid, node).0;
+    Arc::new(NodeLook { prepare: Box::new(prepare), version: Box::new(version) })
 }
 
 /// Says what tracers see of pyramids.
@@ -364,109 +479,5 @@ pub fn refuse(clouds: &Clouds, what: &str) -> anyhow::Result<()> {
                 false => "a pyramid: run it on the files that it was made of",
             }
         ),
-    }
-}
-
-/// Says where memory did not hold what the detail asks for.
-pub fn note(drawn: &Drawn<'_>, detail_px: f32) {
-    let coarsest = drawn.cuts.iter().map(|(_, cut)| cut.coarsest_px).fold(0.0, f64::max);
-    if coarsest <= f64::from(detail_px) {
-        return;
-    }
-    let size = match coarsest.is_finite() {
-        true => format!("of {coarsest:.1} pixels"),
-        false => "close to the eye".to_owned(),
-    };
-    terminal::warn_once(format!(
-        "the picture has surfels {size}, coarser than the {detail_px} pixels that were asked \
-         for: there is no memory for finer ones; --memory gives more"
-    ));
-}
-
-/// Which nodes are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wait {
-    /// All that the view needs, read where they are missing: for pictures that are written or measured.
-    ForAll,
-    /// Those in memory; parents stand for children that are not.
-    ForNone,
-}
-
-impl Clouds {
-    /// The pyramid that a cloud stands for, where it is one.
-    pub fn pyramid_of(&self, cloud: &Cloud) -> Option<&Arc<OpenPyramid>> {
-        self.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud))
-    }
-
-    /// What a view is drawn from: clouds as they are, and of pyramids the nodes that are as fine as `detail_px` asks.
-    ///
-    /// # Errors
-    /// Where a node cannot be read.
-    pub fn drawn(
-        &self,
-        view: &View,
-        surface: &SurfaceSettings,
-        detail_px: f32,
-        wait: Wait,
-    ) -> Result<Drawn<'_>, PyramidError> {
-        let mut drawn = Drawn::default();
-        for (object, Loaded { cloud, .. }) in (0..).zip(&self.loaded) {
-            let Some(pyramid) = self.pyramid_of(cloud) else {
-                drawn.clouds.push(Held::Whole(cloud));
-                drawn.objects.push(PartOf { object, is_part: false, is_merged: false });
-                continue;
-            };
-            let at_hand = |node: u32| wait == Wait::ForAll || pyramid.nodes.has(node);
-            let cut = pyramid.cut((view, surface), detail_px, at_hand);
-            let frame = cloud.object();
-            let nodes = pyramid.nodes.pyramid().nodes();
-            for (part, &node) in pyramid.nodes.get(&cut.nodes)?.into_iter().zip(&cut.nodes) {
-                drawn.clouds.push(Held::Part(part, frame));
-                let is_merged = !nodes[node as usize].is_leaf();
-                drawn.objects.push(PartOf { object, is_part: true, is_merged });
-            }
-            drawn.cuts.push((pyramid, cut));
-        }
-        Ok(drawn)
-    }
-
-    /// Wishes for the nodes that a view would be drawn from and that are not in memory, the coarsest first, and behind
-    /// them for those of a view that may come next. They are read by threads of their own; returns at once.
-    pub fn wish(
-        &self,
-        (view, next): (&View, Option<&View>),
-        surface: &SurfaceSettings,
-        detail_px: f32,
-    ) {
-        for Loaded { cloud, .. } in &self.loaded {
-            let Some(pyramid) = self.pyramid_of(cloud) else { continue };
-            let at_hand = |node| pyramid.nodes.has(node);
-            let cut = pyramid.cut((view, surface), detail_px, at_hand);
-            let mut wishes = cut.missing;
-            if let Some(next) = next {
-                let later = pyramid.cut((next, surface), detail_px, at_hand);
-                wishes.extend(later.missing.into_iter().take(PREFETCHED));
-            }
-            pyramid.nodes.wish(&cut.nodes, wishes);
-        }
-    }
-
-    /// Whether nodes that were wished for are still to come.
-    pub fn is_waited_for(&self) -> bool {
-        self.pyramids.iter().any(|pyramid| pyramid.nodes.is_loading())
-    }
-
-    /// Waits until nodes that were wished for have arrived, there are no more to come, or so much time has passed;
-    /// whether some have arrived.
-    ///
-    /// # Errors
-    /// Where a node cannot be read.
-    pub fn wait(&self, longest: Duration) -> Result<bool, PyramidError> {
-        let mut has_arrived = false;
-        let n = self.pyramids.len().max(1) as u32;
-        for pyramid in &self.pyramids {
-            has_arrived |= pyramid.nodes.wait(longest / n)?;
-        }
-        Ok(has_arrived)
     }
 }

@@ -20,13 +20,15 @@ pub struct Source {
     pub renderer: Option<NamedRenderer>,
     /// Which of its surfels a scene hides.
     pub hidden: Option<HiddenSurfels>,
+    /// The file of its edits, where a scene names one.
+    pub layer: Option<PathBuf>,
 }
 
 impl Source {
     /// A cloud that was typed.
     pub fn file(path: &Path) -> Self {
-        let (transform, place, renderer, hidden) = (None, None, None, None);
-        Self { path: path.to_owned(), transform, place, renderer, hidden }
+        let (transform, place, renderer, hidden, layer) = (None, None, None, None, None);
+        Self { path: path.to_owned(), transform, place, renderer, hidden, layer }
     }
 }
 
@@ -67,7 +69,9 @@ impl Inputs {
             inputs.sources.extend(visible(&opened)?);
             inputs.opened = Some(opened);
         }
-        let clouds = inputs.sources.iter().map(|source| source.path.as_path());
+        let files = |source: &Source| [Some(source.path.clone()), source.layer.clone()];
+        let clouds: Vec<PathBuf> = inputs.sources.iter().flat_map(files).flatten().collect();
+        let clouds = clouds.iter().map(PathBuf::as_path);
         files::protect(named.iter().map(PathBuf::as_path).chain(clouds));
         Ok(inputs)
     }
@@ -103,8 +107,8 @@ fn visible(opened: &OpenedScene) -> anyhow::Result<Vec<Source>> {
             folder: opened.scene.folder.clone(),
         };
         let renderer = cloud.renderer.as_ref().map(named);
-        let hidden = cloud.hidden.clone();
-        sources.push(Source { path, transform, place: Some(place), renderer, hidden });
+        let (hidden, layer) = (cloud.hidden.clone(), opened.scene.path_of_layer(cloud));
+        sources.push(Source { path, transform, place: Some(place), renderer, hidden, layer });
     }
     Ok(sources)
 }

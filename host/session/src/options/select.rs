@@ -4,9 +4,11 @@ use super::colors::FilterSpec;
 use super::values::crop_box;
 use glam::{DQuat, DVec3};
 use surfelshop_cloud::Cloud;
+use surfelshop_cloud::Transform;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::selection::{
-    Combine, Region, Selection, SelectionError, component, grown, shrunk, usual_distance,
+    Combine, Region, RegionSelection, RegionStep, Selection, SelectionError, component, grown,
+    shrunk, usual_distance,
 };
 
 /// A step of a selection.
@@ -145,6 +147,42 @@ pub fn select(cloud: &Cloud, steps: &[SelectStep], up: Axis) -> Result<Selection
         };
     }
     Ok(chosen)
+}
+
+/// What steps select of a cloud that is not in memory, in the same order.
+///
+/// # Errors
+/// Where a step wants the neighbours of surfels.
+pub fn regions(
+    steps: &[SelectStep],
+    placed: Transform,
+    up: Axis,
+) -> Result<RegionSelection, String> {
+    let begins_whole = steps.first().is_some_and(|first| first.how != Combine::Add);
+    let mut all = Vec::new();
+    if begins_whole {
+        all.push(RegionStep::Invert);
+    }
+    for SelectStep { how, what } in steps {
+        let region = match what {
+            What::Invert => {
+                all.push(RegionStep::Invert);
+                continue;
+            }
+            What::Grow(_) | What::Shrink(_) | What::Component(..) => {
+                return Err("grow, shrink and component want all surfels in memory, and this is a pyramid; use the \
+                            files that it was made of"
+                    .to_owned());
+            }
+            What::TurnedBox(corners, degrees) => turned_box(*corners, *degrees, up),
+            What::Region(Region::Values { attribute, test, .. }) => {
+                Region::Values { attribute: attribute.clone(), test: test.clone(), up }
+            }
+            What::Region(region) => region.clone(),
+        };
+        all.push(RegionStep::Take { how: *how, region });
+    }
+    Ok(RegionSelection { placed, steps: all })
 }
 
 /// A value for a column of what is selected.

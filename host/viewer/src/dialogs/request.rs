@@ -2,10 +2,11 @@
 
 use super::file_dialog::{Completion, Purpose, Request};
 use super::state::DialogPurpose;
-use crate::document::file_names::{cloud_file_name, scene_file_name};
+use crate::document::file_names::{cloud_file_name, layer_file_name, scene_file_name};
 use crate::window::Window;
 use std::path::Path;
 use surfelshop_cloud::Formats as _;
+use surfelshop_session::input::layers;
 
 /// Describes a dialog.
 pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
@@ -32,6 +33,13 @@ pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
         DialogPurpose::SaveScene => {
             let purpose = save("surfelshop.scene.toml", Completion::new(scene_file_name));
             request("Save the scene", "scenes", &["toml"], purpose)
+        }
+        DialogPurpose::SaveCloud(index) if is_pyramid(window, *index) => {
+            let name = suggested_name(window, *index, &["surfels".to_owned()]);
+            let stem = name.rsplit_once('.').map_or(&*name, |(stem, _)| stem);
+            let name = format!("{stem}.{}", layers::ENDING);
+            let completed = Completion::new(layer_file_name);
+            request("Save the edits", "layers", &["json"], save(&name, completed))
         }
         DialogPurpose::SaveCloud(index) => {
             let written = window.plugins.formats().endings(true);
@@ -64,6 +72,12 @@ pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
 }
 
 /// A name for an edited cloud, other than the one of its source file: of the same format where that can be written.
+/// Whether an open cloud is a pyramid.
+fn is_pyramid(window: &Window, index: usize) -> bool {
+    let all = window.document.clouds.as_ref().map(|shown| shown.open_clouds.all());
+    all.and_then(|all| all.get(index)).is_some_and(|open_cloud| open_cloud.pyramid().is_some())
+}
+
 fn suggested_name(window: &Window, index: usize, written: &[String]) -> String {
     let all = window.document.clouds.as_ref().map(|shown| shown.open_clouds.all());
     let Some(open_cloud) = all.and_then(|all| all.get(index)) else {

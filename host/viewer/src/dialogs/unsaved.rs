@@ -223,8 +223,15 @@ fn save(window: &mut Window, ctx: &Context, prompt: UnsavedPrompt, last: Option<
         return;
     }
     let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
-    match all.enumerate().find(|(_, open_cloud)| open_cloud.is_unsaved()).map(|(i, _)| i) {
-        None if prompt.cause == PromptCause::Open && window.loses_scene() => {
+    // Edits of pyramids are saved with the scene that names them.
+    let is_next =
+        |open_cloud: &OpenCloud| open_cloud.is_unsaved() && open_cloud.pyramid().is_none();
+    let wants_scene = |window: &Window| {
+        let is_lost = prompt.cause == PromptCause::Open && window.loses_scene();
+        is_lost || window.document.scene_path.is_none() && window.has_unsaved()
+    };
+    match all.enumerate().find(|(_, open_cloud)| is_next(open_cloud)).map(|(i, _)| i) {
+        None if wants_scene(window) => {
             // The dialog was cancelled, or the file could not be written, which is reported.
             if last == Some(SCENE) {
                 return cancel(window);

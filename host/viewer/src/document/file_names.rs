@@ -1,6 +1,7 @@
 //! Endings of files that are written: with another one a file could not be opened again.
 
 use std::path::{Path, PathBuf};
+use surfelshop_session::input::layers;
 
 /// The path of a scene, with its ending added where it has none.
 pub(crate) fn scene_file_name(path: &Path) -> PathBuf {
@@ -18,4 +19,12 @@ pub(crate) fn cloud_file_name(path: &Path, written: &[String]) -> PathBuf {
         is("ply") || written.iter().any(|known| is(known))
     });
     if is_known { path.to_owned() } else { path.with_added_extension("ply") }
+}
+
+/// The file for the edits of a pyramid that was named so.
+pub(crate) fn layer_file_name(path: &Path) -> PathBuf {
+    match layers::is_layer(path) {
+        true => path.to_owned(),
+        false => path.with_extension(layers::ENDING),
+    }
 }

@@ -1,16 +1,18 @@
 //! Clouds, scenes and the session are written to files.
 
 use super::cloud_writer::CloudWriter;
-use super::file_names::cloud_file_name;
+use super::file_names::{cloud_file_name, layer_file_name};
 use super::open_clouds::OpenCloud;
 use super::scene_file;
+use crate::views::hands::unused;
 use crate::window::Window;
 use eframe::egui::Context;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surfelshop_cloud::Formats as _;
 use surfelshop_cloud::scene::SceneFile;
+use surfelshop_session::input::layers;
 
 /// Time between two saves of the session.
 const SESSION_INTERVAL: Duration = Duration::from_secs(10);
@@ -22,6 +24,14 @@ impl Window {
         let Some(open_cloud) = shown.and_then(|shown| shown.open_clouds.all().get(index)) else {
             return;
         };
+        if open_cloud.pyramid().is_some() {
+            if open_cloud.pyramid().is_some_and(|pyramid| pyramid.layer().is_empty()) {
+                return self.messages.report("the pyramid has no edits that could be written");
+            }
+            let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+            self.save_layer(index, &layer_file_name(&path));
+            return self.messages.report("a scene that is saved now names these edits");
+        }
         if let Some(writer) = &self.document.cloud_writer {
             let (first, path) = (writer.path.display(), path.display());
             self.messages.warn(format!("{path} was not written: {first} is still being written"));
@@ -68,6 +78,7 @@ impl Window {
             self.messages.warn(format!("{path} was not written: files are still being read"));
             return;
         }
+        self.save_layers(path);
         let file = scene_file::scene_of(self, path);
         match file.write(path) {
             Ok(()) => {
@@ -81,6 +92,52 @@ impl Window {
                 self.list_recent(&[path.to_owned()]);
             }
             Err(error) => self.messages.warn(error.to_string()),
+        }
+    }
+
+    /// Writes the edits of a pyramid into a file, and says so.
+    fn save_layer(&mut self, index: usize, path: &Path) {
+        let Some(shown) = &mut self.document.clouds else { return };
+        let open_cloud = shown.open_clouds.all().get(index);
+        let Some(pyramid) = open_cloud.and_then(|open_cloud| open_cloud.pyramid()) else { return };
+        if pyramid.layer().is_empty() {
+            shown.open_clouds = shown.open_clouds.layer_saved(index, None);
+            return;
+        }
+        let n_surfels = pyramid.pyramid().directory().n_surfels;
+        match layers::write(path, n_surfels, pyramid.layer()) {
+            Ok(()) => {
+                shown.open_clouds = shown.open_clouds.layer_saved(index, Some(path.to_owned()));
+                self.messages.report(format!("wrote {}", path.display()));
+            }
+            Err(error) => self.messages.warn(format!("{error:#}")),
+        }
+    }
+
+    /// Writes the edits of pyramids that are in no file yet, for a scene: beside it, or where they came from if the scene
+    /// is the same one and no other cloud has its edits there.
+    fn save_layers(&mut self, scene: &Path) {
+        let Some(shown) = &self.document.clouds else { return };
+        let stays = self.document.scene_path.as_deref() == Some(scene);
+        let name = scene.file_name().unwrap_or_default().to_string_lossy();
+        let stem = name.strip_suffix(".scene.toml").or(name.strip_suffix(".toml"));
+        let beside = |ending: &str| {
+            let stem = stem.unwrap_or(&name);
+            unused(&scene.with_file_name(format!("{}.toml", stem.replace('.', "-"))), ending)
+        };
+        let all = shown.open_clouds.all();
+        let files: Vec<Option<PathBuf>> = all.iter().map(OpenCloud::layer_file).collect();
+        let unsaved = all.iter().enumerate().filter(|(index, open_cloud)| {
+            let has_other_file = !stays && files[*index].is_some();
+            open_cloud.pyramid().is_some() && (open_cloud.is_unsaved() || has_other_file)
+        });
+        let unsaved: Vec<usize> = unsaved.map(|(index, _)| index).collect();
+        for index in unsaved {
+            let is_own = |path: &&PathBuf| {
+                stays && files.iter().flatten().filter(|other| other == path).count() == 1
+            };
+            let path = files[index].as_ref().filter(is_own).cloned();
+            self.save_layer(index, &path.unwrap_or_else(|| beside(layers::ENDING)));
         }
     }
 

@@ -21,7 +21,7 @@ impl Screen {
         !commands.contains(&ViewportCommand::CancelClose)
     }
 
-    fn click(&mut self, label: &str) {
+    pub(super) fn click(&mut self, label: &str) {
         // Questions come after the panels.
         self.harness.get_all_by_label(label).last().unwrap().click();
         self.frames();
@@ -32,13 +32,13 @@ impl Screen {
     }
 
     /// Uses a folder for recovery.
-    fn keeps_edits(&mut self, folder: &Path) {
+    pub(super) fn keeps_edits(&mut self, folder: &Path) {
         self.window().document.recovery = Some(Recovery::in_folder(folder));
         self.frames();
     }
 
     #[track_caller]
-    fn until_saved(&mut self) {
+    pub(super) fn until_saved(&mut self) {
         self.until("the edits on disk", |window| {
             window.document.recovery.as_ref().is_some_and(|recovery| recovery.journal.is_idle())
         });

@@ -33,7 +33,7 @@ surface gaussian-reading FILE [ROUNDS]  what Gaussians cost a reader
 surface gaussian-truth FILE...       pictures of Gaussians against a plain renderer in f64
 surface occlusion PYRAMID...         ambient occlusion of pyramids against rays
 surface sampled PYRAMID OUT          a pyramid of chosen surfels in the place of merged ones
-surface strokes [SURFELS...]          a brush of 5,000 surfels over clouds
+surface strokes [cpu] [SURFELS...]   a brush of 5,000 surfels over clouds
 surface pictures FOLDER SCAN...      scans as surfaces and as points, beside CloudCompare's pictures of the same views
 surface dump FOLDER [MESH...]        the clouds of `normals` for other programs
 Meshes are OBJ, OFF and text PLY files; without any, shapes are made.";

@@ -1,4 +1,4 @@
-//! A brush of 5,000 surfels over a cloud: `surface strokes [SURFELS...]`.
+//! A brush of 5,000 surfels over a cloud: `surface strokes [cpu] [SURFELS...]`, drawn as on graphics cards or on the CPU.
 //!
 //! For each step of a stroke, which grows as in the window: milliseconds of finding the surfels and running the tool,
 //! milliseconds of the picture of what it made, and bytes that were sent for it, beside frames in which the camera alone
@@ -31,11 +31,16 @@ const SIZE: u32 = 720;
 const LONGEST: Duration = Duration::from_secs(120);
 
 pub(super) fn run(arguments: &[String]) -> Result<()> {
+    let (surfels, arguments) = match arguments {
+        [first, others @ ..] if first == "cpu" => (SurfelDrawing::Processor, others),
+        // What is drawn on the CPU is sent nowhere.
+        all => (SurfelDrawing::Quads, all),
+    };
     let numbers: Vec<usize> = match arguments {
         [] => vec![400_000, 20_000_000],
         some => some.iter().map(|n| n.parse()).collect::<Result<_, _>>()?,
     };
-    numbers.into_iter().try_for_each(measure)
+    numbers.into_iter().try_for_each(|n| measure(n, surfels))
 }
 
 /// A stroke of so many samples along a circle of latitude, from a longitude on.
@@ -67,13 +72,12 @@ fn milliseconds(started: Instant) -> f64 {
     started.elapsed().as_secs_f64() * 1e3
 }
 
-fn measure(n: usize) -> Result<()> {
+fn measure(n: usize, surfels: SurfelDrawing) -> Result<()> {
     let cloud = wavy_sphere(n);
     // The share of the sphere that a dab covers is a quarter of the radius squared.
     let radius = 2.0 * (DAB / n as f64).sqrt();
     let brush = stage::built_unit("surfelshop_brush", UnitKind::Tool, "brush");
-    // As on graphics cards: what is drawn on the CPU is sent nowhere.
-    let options = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
+    let options = EngineOptions { surfels, ..EngineOptions::default() };
     let mut engine = stage::engine_with(&GpuOptions::default(), &options);
     let mut renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
     let scene = Scene::default();

@@ -52,6 +52,19 @@ pub fn with_value(
     values: &[f64],
 ) -> Result<Cloud, SelectionError> {
     checked(cloud, selection)?;
+    set_column(cloud, selection, name, values)
+}
+
+/// The same where nothing may be selected; a column that is not there is made then, too.
+///
+/// # Errors
+/// Where a value does not fit the column, or there is no memory.
+pub fn set_column(
+    cloud: &Cloud,
+    selection: &Selection,
+    name: &str,
+    values: &[f64],
+) -> Result<Cloud, SelectionError> {
     let wrong = |expected: String, found: String| SelectionError::Value {
         column: name.to_owned(),
         expected,

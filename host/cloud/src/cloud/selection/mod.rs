@@ -2,28 +2,37 @@
 //!
 //! [`Region`] says which surfels lie where in space or have which numbers, [`ScreenRegion`] which are seen in a part
 //! of a picture. Selections are combined, inverted, grown and shrunk; [`deleted`], [`extracted`] and [`with_value`]
-//! do something with what is selected, and [`tinted`] shows it. Nothing here changes a cloud.
+//! do something with what is selected, and [`tinted`] shows it. Nothing here changes a cloud. Of clouds that are larger
+//! than memory a [`RegionSelection`] says what is selected whatever is read of them, and an [`EditLayer`] what was done.
 //!
 //! Invariants: what is selected depends on the cloud and on what is asked for alone, never on threads
 //! (`neighbours_are_found_alike_on_any_number_of_threads`).
 
+mod depth;
 mod edits;
 mod error;
+mod layer;
 mod neighbours;
+mod placement;
 mod region;
+mod regions;
 mod screen;
 #[cfg(test)]
 mod tests;
 mod tint;
 
-pub use edits::{deleted, extracted, with_value};
+pub use depth::DepthPicture;
+pub use edits::{deleted, extracted, set_column, with_value};
 pub use error::SelectionError;
+pub use layer::{Ball, EditLayer, HiddenOnes, LayerChange, LayerEdit};
 pub use neighbours::{component, connected, grown, shrunk, usual_distance};
-pub use region::Region;
-pub use screen::{DepthPicture, ScreenRegion, ScreenShape};
+pub use region::{Reach, Region};
+pub use regions::{RegionSelection, RegionStep};
+pub use screen::{ScreenRegion, ScreenShape};
 pub use tint::tinted;
 
 use crate::memory::with_room;
+use serde::{Deserialize, Serialize};
 
 /// Bits of a word.
 const BITS: usize = u64::BITS as usize;
@@ -37,7 +46,8 @@ pub struct Selection {
 }
 
 /// What a new selection does with the one before.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Combine {
     /// It takes its place.
     #[default]

@@ -1,12 +1,17 @@
 //! Surfels by where they are seen in a picture.
 
+use super::depth::DepthPicture;
+use super::placement::Placement;
 use super::{Selection, SelectionError};
 use crate::cloud::Cloud;
-use glam::{DVec2, DVec3};
-use surfelshop_api::View;
+use crate::cloud::transform::Transform;
+use glam::{DMat4, DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+use surfelshop_api::{Projection, View};
 
 /// A part of a picture; positions in pixels from its upper left corner, y downwards.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ScreenShape {
     /// Between two corners.
     Rectangle([DVec2; 2]),
@@ -21,30 +26,16 @@ pub enum ScreenShape {
     },
 }
 
-/// How far away each pixel of a picture is.
-#[derive(Clone, Copy, Debug)]
-pub struct DepthPicture<'a> {
-    /// Pixels in a row; the picture may be smaller or larger than the view.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Distances along the viewing axis, scene units; 0 where nothing is.
-    pub values: &'a [f32],
-}
-
 /// What is seen in a part of a picture.
-#[derive(Clone, Debug)]
-pub struct ScreenRegion<'a> {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ScreenRegion {
     /// What the picture shows of the world.
     pub view: View,
     /// The part.
     pub shape: ScreenShape,
     /// Where this is there only surfels that are visible are selected, and else all that lie behind each other.
-    pub depth: Option<DepthPicture<'a>>,
+    pub depth: Option<DepthPicture>,
 }
-
-/// A surfel counts as visible to this share of its distance behind what is shown: rounding of depths in pictures.
-const TOLERANCE: f64 = 1e-4;
 
 impl ScreenShape {
     fn contains(&self, at: DVec2) -> bool {
@@ -62,8 +53,8 @@ impl ScreenShape {
         }
     }
 
-    /// The box around it.
-    fn bounds(&self) -> [DVec2; 2] {
+    /// The box around it; of no places, ends that are the wrong way round.
+    pub(super) fn bounds(&self) -> [DVec2; 2] {
         match self {
             Self::Rectangle([a, b]) => [a.min(*b), a.max(*b)],
             Self::Circle { center, radius } => [*center - *radius, *center + *radius],
@@ -75,59 +66,105 @@ impl ScreenShape {
     }
 }
 
-impl DepthPicture<'_> {
-    /// The distance at a pixel; 0 where nothing is.
-    fn at(&self, x: i64, y: i64) -> f64 {
-        let inside =
-            (0..i64::from(self.width)).contains(&x) && (0..i64::from(self.height)).contains(&y);
-        let index = y * i64::from(self.width) + x;
-        let value = usize::try_from(index).ok().filter(|_| inside).and_then(|i| self.values.get(i));
-        value.map_or(0.0, |value| f64::from(*value))
+/// Where places in view space come to lie in a picture.
+struct Projected {
+    half: DVec2,
+    size: DVec2,
+    central: bool,
+}
+
+impl Projected {
+    fn new(view: &View) -> Self {
+        let central = matches!(view.camera.projection, Projection::Perspective { .. });
+        let half = DVec2::from_array(view.half_extent());
+        Self { half, size: DVec2::from(view.size_px.map(f64::from)), central }
     }
 
-    /// Whether something at a place of the picture, in shares of its size, and this far away is in front.
-    fn shows(&self, share: DVec2, depth: f64, reach: f64) -> bool {
-        let limit = |shown: f64| shown > 0.0 && depth <= shown + reach + TOLERANCE * depth;
-        let [x, y] = [share.x * f64::from(self.width), share.y * f64::from(self.height)]
-            .map(|place| place.floor() as i64);
-        let middle = self.at(x, y);
-        if middle > 0.0 {
-            return limit(middle);
-        }
-        // A surfel of less than a pixel may have been drawn beside its centre.
-        (-1..=1).any(|dy| (-1..=1).any(|dx| limit(self.at(x + dx, y + dy))))
+    /// In shares of the picture's size, and how far away; nothing behind the camera.
+    fn share(&self, in_view: DVec3) -> Option<(DVec2, f64)> {
+        let depth = -in_view.z;
+        let scale = if self.central { depth } else { 1.0 };
+        let x = 0.5 + 0.5 * in_view.x / (scale * self.half.x);
+        let y = 0.5 - 0.5 * in_view.y / (scale * self.half.y);
+        (depth > 0.0).then_some((DVec2::new(x, y), depth))
+    }
+
+    /// Scene units of a pixel this far away.
+    fn pixel(&self, depth: f64) -> f64 {
+        let scale = if self.central { depth } else { 1.0 };
+        2.0 * scale * self.half.y / self.size.y.max(1.0)
+    }
+
+    /// Whether a ball may be seen between two corners, pixels.
+    fn may_show(&self, in_view: DVec3, radius: f64, [low, high]: [DVec2; 2]) -> bool {
+        let depth = -in_view.z;
+        // How far right and up the sides lie, of a distance of 1 or anywhere.
+        let right = |at: f64| (2.0 * at / self.size.x - 1.0) * self.half.x;
+        let up = |at: f64| (1.0 - 2.0 * at / self.size.y) * self.half.y;
+        let sides = [
+            (in_view.x, right(high.x)),
+            (-in_view.x, -right(low.x)),
+            (in_view.y, up(low.y)),
+            (-in_view.y, -up(high.y)),
+        ];
+        sides.into_iter().all(|(across, side)| match self.central {
+            true => (across - side * depth) / (1.0 + side * side).sqrt() <= radius,
+            false => across - side <= radius,
+        })
     }
 }
 
-impl ScreenRegion<'_> {
+impl ScreenRegion {
     /// The surfels whose centres are seen in the part of the picture.
     ///
     /// # Errors
     /// Where there is no memory.
     pub fn select(&self, cloud: &Cloud) -> Result<Selection, SelectionError> {
-        let view_from_cloud = self.view.view_from_offset(cloud.origin());
-        let [half_x, half_y] = self.view.half_extent();
-        let size = DVec2::from(self.view.size_px.map(f64::from));
-        let central =
-            matches!(self.view.camera.projection, surfelshop_api::Projection::Perspective { .. });
+        self.select_placed(cloud, &Transform::default())
+    }
+
+    /// The same of a cloud that `placed` puts into the world.
+    ///
+    /// # Errors
+    /// Where there is no memory.
+    pub fn select_placed(
+        &self,
+        cloud: &Cloud,
+        placed: &Transform,
+    ) -> Result<Selection, SelectionError> {
+        let placement = Placement::new(placed, cloud.origin());
+        let view_from_cloud =
+            self.view.view_from_offset(placement.origin()) * DMat4::from_mat3(placement.linear());
+        let picture = Projected::new(&self.view);
         let (positions, radii) = (cloud.positions(), cloud.radii());
         let [low, high] = self.shape.bounds();
-        let share = |in_view: DVec3| {
-            let depth = -in_view.z;
-            let scale = if central { depth } else { 1.0 };
-            let x = 0.5 + 0.5 * in_view.x / (scale * half_x);
-            let y = 0.5 - 0.5 * in_view.y / (scale * half_y);
-            (depth > 0.0).then_some((DVec2::new(x, y), depth))
-        };
         Selection::of(cloud.len(), |i| {
             let in_view = view_from_cloud.transform_point3(positions[i].as_dvec3());
-            let Some((share, depth)) = share(in_view) else { return false };
-            let at = share * size;
+            let Some((share, depth)) = picture.share(in_view) else { return false };
+            let at = share * picture.size;
             if !(at.cmpge(low).all() && at.cmple(high).all() && self.shape.contains(at)) {
                 return false;
             }
-            let reach = f64::from(radii.get(i).copied().unwrap_or(0.0));
-            self.depth.is_none_or(|picture| picture.shows(share, depth, reach))
+            let reach = placement.scale * f64::from(radii.get(i).copied().unwrap_or(0.0));
+            self.depth.as_ref().is_none_or(|seen| {
+                let merged = f64::from(seen.merged_px) * picture.pixel(depth);
+                seen.shows(share, depth, reach + merged)
+            })
         })
+    }
+
+    /// Whether something of a ball in the world may be selected.
+    pub(super) fn may_reach(&self, middle: DVec3, radius: f64) -> bool {
+        let in_view = self.view.view_from_offset(DVec3::ZERO).transform_point3(middle);
+        if -in_view.z + radius <= 0.0 {
+            return false;
+        }
+        let picture = Projected::new(&self.view);
+        let is_in_front = self.depth.as_ref().is_none_or(|seen| {
+            let nearest = -in_view.z - radius;
+            let merged = f64::from(seen.merged_px) * picture.pixel(nearest.max(0.0));
+            nearest <= 0.0 || seen.may_show(nearest, radius + merged)
+        });
+        is_in_front && picture.may_show(in_view, radius, self.shape.bounds())
     }
 }

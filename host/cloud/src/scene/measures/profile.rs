@@ -52,6 +52,14 @@ impl Slab {
     }
 }
 
+/// Whether something of a ball may lie in the slab of a measure; not where it has none.
+pub(super) fn may_hold(measure: &Measure, up: DVec3, middle: DVec3, radius: f64) -> bool {
+    let Ok(slab) = measure.check().and_then(|()| Slab::of(measure, up)) else { return false };
+    let from_start = middle - slab.start;
+    (-radius..=slab.length + radius).contains(&from_start.dot(slab.along))
+        && from_start.dot(slab.aside).abs() <= slab.half + radius
+}
+
 impl Profile {
     /// The thickness of a slab that says none, share of its length.
     pub const USUAL_THICKNESS: f64 = 0.01;

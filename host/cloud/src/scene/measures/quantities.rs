@@ -1,7 +1,7 @@
 //! The numbers of a measure that follow from its places alone.
 
 use super::plane::{Plane, twice_area};
-use super::{Measure, MeasureError, MeasureKind, Profile, Volume};
+use super::{Measure, MeasureError, MeasureKind, Profile, Volume, profile, volume};
 use crate::cloud::Cloud;
 use glam::DVec3;
 
@@ -49,6 +49,18 @@ fn length_of(places: &[DVec3]) -> f64 {
 }
 
 impl Measure {
+    /// Whether its numbers may be of something within a ball in the world, scene units; not for other kinds than profiles
+    /// and volumes. Yes where the ball is not finite.
+    #[must_use]
+    pub fn may_be_of(&self, up: DVec3, middle: DVec3, radius: f64) -> bool {
+        let may_hold = match self.kind {
+            MeasureKind::Profile => profile::may_hold(self, up, middle, radius),
+            MeasureKind::Volume => volume::may_hold(self, up, middle, radius),
+            _ => return false,
+        };
+        may_hold || !(middle.is_finite() && radius.is_finite())
+    }
+
     /// The numbers that are of surfels: of a profile and of a volume, what that is first. Empty for other kinds.
     ///
     /// # Errors

@@ -284,3 +284,34 @@ fn every_value_of_a_measure_in_a_scene_is_checked() {
     let many = refused(&format!("kind = 'distance'\nplaces = [{many}]"));
     assert!(many.contains("expected at most 1000 places, found 1001"), "{many}");
 }
+
+#[test]
+fn what_a_measure_is_of_may_be_in_the_balls_around_it() {
+    let up = DVec3::Z;
+    let places = (0..4000).map(|i| {
+        let [x, y] = spread(i);
+        DVec3::new(4.0 * x - 1.0, 4.0 * y - 1.0, (7.0 * x).sin())
+    });
+    let places: Vec<DVec3> = places.collect();
+    let at = |x: f64, y: f64| DVec3::new(x, y, 0.1 * x);
+    let mut slab = Measure::new(MeasureKind::Profile, vec![at(0.0, 0.0), at(1.0, 0.5)]);
+    slab.thickness = Some(0.1);
+    let corners = vec![at(0.0, 0.0), at(1.0, 0.2), at(0.3, 1.0)];
+    let prism = Measure::new(MeasureKind::Volume, corners);
+    for measure in [slab, prism] {
+        let (mut n, mut n_left_out) = (0, 0);
+        for place in &places {
+            let one = cloud(*place, up, [*place].into_iter());
+            let is_of = measure.surfel_quantities(up, &[&one]).is_ok();
+            // The place lies at the edge of a ball.
+            let middle = *place + 0.3 * DVec3::new(0.6, 0.0, 0.8);
+            let may_be = measure.may_be_of(up, middle, 0.3 + 1e-9);
+            assert!(may_be || !is_of, "{place}");
+            (n, n_left_out) = (n + usize::from(is_of), n_left_out + usize::from(!may_be));
+        }
+        assert!(n > 5 && n_left_out > 1000, "{n}, {n_left_out}");
+        assert!(measure.may_be_of(up, DVec3::NAN, 0.1));
+    }
+    let none = Measure::new(MeasureKind::Distance, vec![at(0.0, 0.0), at(1.0, 0.0)]);
+    assert!(!none.may_be_of(up, DVec3::ZERO, 1.0));
+}

@@ -27,6 +27,16 @@ pub struct Volume {
     pub n_surfels: usize,
 }
 
+/// Whether something of a ball may lie over or under the places of a measure; not where these enclose nothing.
+pub(super) fn may_hold(measure: &Measure, up: DVec3, middle: DVec3, radius: f64) -> bool {
+    let Some(plane) = Plane::through(&measure.places, up) else { return false };
+    let polygon = measure.places.iter().map(|place| plane.local(*place).0);
+    let ends = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (low, high) = polygon.fold(ends, |(low, high), at| (low.min(at), high.max(at)));
+    let (at, _) = plane.local(middle);
+    at.cmpge(low - radius).all() && at.cmple(high + radius).all()
+}
+
 /// Bytes for each surfel within the places: twice what is known of it, and a cell's numbers.
 const BYTES: usize = 112;
 

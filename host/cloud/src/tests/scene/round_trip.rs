@@ -92,10 +92,13 @@ fn cloud() -> impl Strategy<Value = SceneCloud> {
         let hidden = Selection::of(bits.len(), |index| bits[index]).unwrap();
         HiddenSurfels::of(&hidden)
     });
-    let places = (option::of(keyed(transform())), option::of(renderer), option::of(bits));
+    let layer = option::of("[a-zé ./\"]{0,8}a").prop_map(|layer| layer.map(Into::into));
+    let of_bits = (option::of(bits), layer);
+    let places = (option::of(keyed(transform())), option::of(renderer), of_bits);
     ("[a-zé ./\"]{0,8}a", name, any::<bool>(), places).prop_map(
-        |(path, name, visible, (transform, renderer, hidden))| SceneCloud {
+        |(path, name, visible, (transform, renderer, (hidden, layer)))| SceneCloud {
             hidden,
+            layer,
             path: path.into(),
             name,
             visible,

@@ -5,14 +5,15 @@ mod projection;
 pub use projection::{ScreenPoint, project, project_line};
 
 use crate::input::clouds::Clouds;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use surfelshop_api::View;
-use surfelshop_cloud::Cloud;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{Figure, Measure, Units};
+use surfelshop_cloud::{Cloud, Loaded};
 use surfelshop_image::Image;
 use surfelshop_image::lines::line;
 use surfelshop_image::text::{Line, fill};
+use surfelshop_pyramid::PyramidError;
 
 /// Pixels of a picture's shorter side for each of a line of text, and the smallest size of text that can be read, pixels.
 const LINES: f32 = 42.0;
@@ -36,10 +37,29 @@ pub struct DrawnMeasure {
     pub label: String,
 }
 
-/// The clouds that surfels are measured of: those whose surfels are all in memory.
-pub fn measured(clouds: &Clouds) -> Vec<&Cloud> {
-    let all = clouds.loaded.iter().map(|loaded| &loaded.cloud);
-    all.filter(|cloud| clouds.pyramid_of(cloud).is_none()).collect()
+/// Surfels of a pyramid that one measure is of, at most; of more, merged ones are.
+const MOST_OF_PYRAMID: u64 = 8_000_000;
+
+/// The clouds that a measure of surfels is of; of pyramids the nodes that it reaches. Nothing of other measures.
+///
+/// # Errors
+/// Where a node cannot be read.
+pub fn measured(clouds: &Clouds, measure: &Measure, up: DVec3) -> Result<Vec<Cloud>, PyramidError> {
+    let mut all = Vec::new();
+    if !measure.kind.is_of_surfels() {
+        return Ok(all);
+    }
+    for Loaded { cloud, .. } in &clouds.loaded {
+        match clouds.pyramid_of(cloud) {
+            None => all.push(cloud.clone()),
+            Some(pyramid) => {
+                let reaches = |middle, radius| measure.may_be_of(up, middle, radius);
+                let parts = pyramid.within(reaches, MOST_OF_PYRAMID)?;
+                all.extend(parts.iter().map(|part| Cloud::clone(part)));
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// What is to be drawn of measures: those that are not hidden, with what they measure of clouds.
@@ -49,11 +69,14 @@ pub fn drawn<'a>(
     units: Units,
     clouds: &Clouds,
 ) -> Vec<DrawnMeasure> {
-    let (up, measured) = (up.direction(), measured(clouds));
+    let up = up.direction();
     let shown = measures.filter(|measure| !measure.hidden);
     let one = |measure: &Measure| {
         // One that cannot be measured has its lines all the same.
-        let of_surfels = measure.surfel_quantities(up, &measured).unwrap_or_default();
+        let of_surfels = measured(clouds, measure, up).ok().and_then(|clouds| {
+            measure.surfel_quantities(up, &clouds.iter().collect::<Vec<_>>()).ok()
+        });
+        let of_surfels = of_surfels.unwrap_or_default();
         let label = units.label(measure, up, &of_surfels);
         DrawnMeasure { figure: Figure::of(measure, up), label }
     };

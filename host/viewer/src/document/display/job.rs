@@ -2,11 +2,9 @@
 
 use crate::document::open_clouds::OpenClouds;
 use eframe::egui::Context;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use surfelshop_cloud::display::{ColorSource, DisplaySettings};
-use surfelshop_cloud::selection::Selection;
-use surfelshop_session::input::displayed::DisplayedClouds;
+use surfelshop_session::input::displayed::{DisplayedClouds, Selected};
 use surfelshop_session::options::camera::Extent;
 
 /// Surfels that are coloured and filtered between two frames of the window: some take ten milliseconds.
@@ -18,7 +16,7 @@ pub(crate) struct DisplayInputs {
     pub(crate) open_clouds: OpenClouds,
     pub(super) settings: DisplaySettings,
     /// What is selected of each visible cloud, and tinted.
-    pub(super) selections: Vec<Option<Arc<Selection>>>,
+    pub(super) selections: Vec<Option<Selected>>,
     pub(super) radius_scale: f32,
 }
 
@@ -34,8 +32,8 @@ impl DisplayInputs {
     /// Whether what is displayed of these is the same.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
         // The factor on radii changes the extent alone, which follows it.
-        let same = |pair: (&Option<Arc<Selection>>, &Option<Arc<Selection>>)| match pair {
-            (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        let same = |pair: (&Option<Selected>, &Option<Selected>)| match pair {
+            (Some(one), Some(other)) => one.is_same(other),
             (one, other) => one.is_none() && other.is_none(),
         };
         self.settings == other.settings

@@ -12,7 +12,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use surfelshop_cloud::scene::SceneFile;
+use surfelshop_cloud::selection::EditLayer;
 use surfelshop_cloud::{Cloud, WriteError, WriteOptions};
+use surfelshop_session::input::layers;
 
 /// Most bytes of columns on disk: it is the disk of the user's home.
 pub(crate) const MOST_BYTES: u64 = 4 << 30;
@@ -27,6 +29,8 @@ pub(super) struct EditedCloud {
     pub(super) row: usize,
     pub(super) cloud: Cloud,
     pub(super) comments: Vec<String>,
+    /// Of a pyramid its edits, and how many surfels it has: these are kept instead.
+    pub(super) layer: Option<(EditLayer, u64)>,
 }
 
 /// The contents that the journal must have.
@@ -230,7 +234,7 @@ impl Writer {
         }
         let (mut target, mut refused, mut sum) = (target.clone(), Vec::new(), 0);
         for edited in target.edited.clone() {
-            sum += bytes(&edited.cloud);
+            sum += if edited.layer.is_some() { 0 } else { bytes(&edited.cloud) };
             let file = match sum > self.most_bytes {
                 true => Err(format!(
                     "together they are larger than {:.1} GB; save them",
@@ -264,6 +268,13 @@ impl Writer {
             return Ok(Some(known.file.clone()));
         }
         self.n += 1;
+        if let Some((layer, n_surfels)) = &edited.layer {
+            let file = format!("{}.{}", self.n, layers::ENDING);
+            let written = layers::write(&session.folder.join(&file), *n_surfels, layer);
+            written.map_err(|error| format!("{error:#}"))?;
+            self.files.push(JournalFile { generations: key, file: file.clone() });
+            return Ok(Some(file));
+        }
         let file = format!("{}.ply", self.n);
         let path = session.folder.join(&file);
         let progress = |_| match self.is_stale(&key) {
@@ -322,7 +333,10 @@ impl Writer {
         if let Some(cloud) = target.shown.clouds.get_mut(row.at)
             && let Some(session) = &self.session
         {
-            (cloud.path, cloud.transform) = (session.folder.join(&file), None);
+            match edited.layer.is_some() {
+                true => cloud.layer = Some(session.folder.join(&file)),
+                false => (cloud.path, cloud.transform) = (session.folder.join(&file), None),
+            }
         }
         row.file = Some(file);
     }

@@ -59,6 +59,7 @@ pub(crate) fn restored_clouds(
             let absolute = |path: PathBuf| std::path::absolute(&path).unwrap_or(path);
             let clouds = opened.scene.clouds.iter().map(|cloud| {
                 let mut cloud = cloud.clone();
+                cloud.layer = opened.scene.path_of_layer(&cloud).map(absolute);
                 cloud.path = absolute(opened.scene.path_of(&cloud));
                 cloud
             });

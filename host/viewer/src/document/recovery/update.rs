@@ -63,6 +63,7 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
             // Hidden ones are read, too: they can be shown again.
             cloud.visible = true;
             cloud.hidden = open_cloud.hidden();
+            cloud.layer = scene_file::layer_in(open_cloud, &folder);
             if let Some(path) = &open_cloud.saved_as {
                 (cloud.path, cloud.transform) = (path.clone(), None);
             }
@@ -75,7 +76,10 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
         if open_cloud.is_unsaved() {
             let loaded = &open_cloud.loaded;
             let (cloud, comments) = (unhidden(&loaded.cloud), loaded.summary.comments.clone());
-            edited.push(EditedCloud { row: rows.len(), cloud, comments });
+            let layer = open_cloud
+                .pyramid()
+                .map(|pyramid| (pyramid.layer().clone(), pyramid.pyramid().directory().n_surfels));
+            edited.push(EditedCloud { row: rows.len(), cloud, comments, layer });
         }
         rows.push(CloudRow {
             at,

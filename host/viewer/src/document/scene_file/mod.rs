@@ -256,8 +256,14 @@ pub(crate) fn opened_clouds(window: &Window, folder: &Path) -> Vec<Keyed<SceneCl
         cloud.path = file_path_in(folder, path);
         cloud
     };
+    let of_scene = |base: &SceneFile, cloud: &Keyed<SceneCloud>| {
+        let layer = base.path_of_layer(cloud).map(|path| file_path_in(folder, &path));
+        let mut cloud = moved(cloud, &base.path_of(cloud));
+        cloud.layer = layer;
+        cloud
+    };
     match &window.document.scene_file {
-        Some(base) => base.clouds.iter().map(|cloud| moved(cloud, &base.path_of(cloud))).collect(),
+        Some(base) => base.clouds.iter().map(|cloud| of_scene(base, cloud)).collect(),
         None => window
             .document
             .files
@@ -279,6 +285,7 @@ fn put_clouds(window: &Window, file: &mut SceneFile) {
                 cloud.renderer = renderer_in(window, open_cloud, &folder);
                 cloud.name = open_cloud.title().cloned();
                 cloud.hidden = open_cloud.hidden();
+                cloud.layer = layer_in(open_cloud, &folder);
                 if let Some(path) = saved {
                     (cloud.path, cloud.transform) = (path, None);
                 }
@@ -289,8 +296,8 @@ fn put_clouds(window: &Window, file: &mut SceneFile) {
                 let (visible, name) = (open_cloud.visible, open_cloud.title().cloned());
                 let transform = placement::over(None, &open_cloud.placement());
                 let new = SceneCloud::new(path);
-                let hidden = open_cloud.hidden();
-                let cloud = SceneCloud { visible, renderer, name, transform, hidden, ..new };
+                let (hidden, layer) = (open_cloud.hidden(), layer_in(open_cloud, &folder));
+                let cloud = SceneCloud { visible, renderer, name, transform, hidden, layer, ..new };
                 file.clouds.push(cloud.into());
             }
             (None, None) => {}
@@ -300,6 +307,11 @@ fn put_clouds(window: &Window, file: &mut SceneFile) {
     let removed: Vec<usize> = removed.copied().collect();
     let mut index = 0..;
     file.clouds.retain(|_| !index.next().is_some_and(|index| removed.contains(&index)));
+}
+
+/// The file of a pyramid's edits, relative to the scene's folder.
+pub(crate) fn layer_in(open_cloud: &OpenCloud, folder: &Path) -> Option<std::path::PathBuf> {
+    open_cloud.layer_file().map(|path| file_path_in(folder, &path))
 }
 
 /// What draws a cloud, with paths relative to the scene's folder.

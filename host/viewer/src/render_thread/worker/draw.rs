@@ -17,8 +17,9 @@ use surfelshop_image::outputs;
 use surfelshop_render::{Explanation, RenderError, RenderRequest, RendererView};
 use surfelshop_runtime::plugins::{self, Contents, CrashMark, Hosted, LoadedUnit, Origin, UnitRef};
 use surfelshop_session::antialias::shift_px;
+use surfelshop_session::input::drawn::Wait;
 use surfelshop_session::input::environment_map::LoadedEnvironment;
-use surfelshop_session::input::pyramids::{DETAIL_PX, Wait};
+use surfelshop_session::input::pyramids::DETAIL_PX;
 use surfelshop_session::session::ConvergedFrame;
 
 /// Pictures that nodes of pyramids are read ahead for while something moves: so many steps as the last one.

@@ -3,10 +3,9 @@
 use super::pairs::Pairing;
 use super::state::HandMode;
 use crate::window::Window;
-use std::sync::Arc;
 use surfelshop_api::{Dabs, Handling, UnitKind};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::selection::Selection;
+use surfelshop_session::input::displayed::Selected;
 
 impl Window {
     /// The visible clouds that are in memory, by their index among the open ones, and their place among the visible.
@@ -14,26 +13,26 @@ impl Window {
         let Some(shown) = &self.document.clouds else { return Vec::new() };
         let open = &shown.open_clouds;
         let visible = open.all().iter().enumerate().filter(|(_, cloud)| cloud.visible);
-        let placed = visible
-            .enumerate()
-            .map(|(place, (i, open_cloud))| (i, place, &open_cloud.loaded.cloud));
-        let in_memory = placed.filter(|(.., cloud)| open.clouds.pyramid_of(cloud).is_none());
-        in_memory.map(|(i, place, cloud)| (i, place, cloud.clone())).collect()
+        let placed = visible.enumerate().map(|(place, (i, open_cloud))| (i, place, open_cloud));
+        let in_memory = placed.filter(|(.., open_cloud)| open_cloud.pyramid().is_none());
+        in_memory.map(|(i, place, open)| (i, place, open.loaded.cloud.clone())).collect()
     }
 
     /// What is selected of each visible cloud, for pictures.
-    pub(crate) fn visible_selections(&self) -> Vec<Option<Arc<Selection>>> {
+    pub(crate) fn visible_selections(&self) -> Vec<Option<Selected>> {
         let Some(shown) = &self.document.clouds else { return Vec::new() };
         let visible = shown.open_clouds.all().iter().filter(|open_cloud| open_cloud.visible);
-        visible.map(|open| self.views.hands.selection_of(&open.loaded.cloud)).collect()
+        visible.map(|open| self.views.hands.selected_of(&open.loaded.cloud)).collect()
     }
 
-    /// How many surfels are selected, and of how many.
+    /// How many surfels are selected, and of how many; of pyramids about.
     pub(crate) fn n_selected(&self) -> (usize, usize) {
         let clouds = self.hand_clouds();
         let selected = clouds.iter().filter_map(|(.., cloud)| self.views.hands.selection_of(cloud));
-        let n = selected.map(|selection| selection.count()).sum();
-        (n, clouds.iter().map(|(.., cloud)| cloud.len()).sum())
+        let n: usize = selected.map(|selection| selection.count()).sum();
+        let of: usize = clouds.iter().map(|(.., cloud)| cloud.len()).sum();
+        let (of_pyramids, all_of_pyramids) = self.n_selected_of_pyramids();
+        (n + of_pyramids, of + all_of_pyramids)
     }
 
     /// Lets a drag do something else; the camera again where it does that already.
@@ -124,10 +123,12 @@ impl Window {
         was != HandMode::Camera
     }
 
-    fn restore_selections(&mut self, before: &[Option<Arc<Selection>>]) {
-        for (_, place, cloud) in self.hand_clouds() {
+    fn restore_selections(&mut self, before: &[Option<Selected>]) {
+        let pyramids = self.hand_pyramids().into_iter();
+        let pyramids = pyramids.map(|hand| (hand.index, hand.place, hand.cloud));
+        for (_, place, cloud) in self.hand_clouds().into_iter().chain(pyramids) {
             if let Some(before) = before.get(place) {
-                self.views.hands.set_selection(&cloud, before.clone());
+                self.views.hands.set_selected(&cloud, before.clone());
             }
         }
     }

@@ -1,12 +1,16 @@
 //! What is done with selected surfels: each is a step of undo.
 
+use super::layers::{cropping, deleting};
 use crate::document::OpenClouds;
 use crate::window::Window;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::files::write_whole;
 use surfelshop_cloud::in_groups;
-use surfelshop_cloud::selection::{Selection, SelectionError, deleted, extracted, with_value};
+use surfelshop_cloud::selection::{
+    EditLayer, LayerChange, RegionSelection, Selection, SelectionError, deleted, extracted,
+    with_value,
+};
 use surfelshop_session::input::strokes;
 
 /// Most files of one name.
@@ -18,6 +22,7 @@ impl Window {
         &mut self,
         done: &str,
         change: impl Fn(&Cloud, &Selection, usize, &OpenClouds) -> Result<OpenClouds, SelectionError>,
+        of_pyramids: impl Fn(&EditLayer, RegionSelection) -> Result<EditLayer, String>,
     ) {
         let (n, _) = self.n_selected();
         if n == 0 {
@@ -26,6 +31,11 @@ impl Window {
         }
         // Earlier changes are a step of their own.
         self.document.history.record(&self.snapshot());
+        let about = match self.edit_layers(&of_pyramids) {
+            Ok(false) => "",
+            Ok(true) => "about ",
+            Err(line) => return self.messages.warn(line),
+        };
         for (index, _, cloud) in self.hand_clouds() {
             let Some(selection) = self.views.hands.selection_of(&cloud) else { continue };
             let Some(shown) = &self.document.clouds else { return };
@@ -35,36 +45,46 @@ impl Window {
             }
         }
         let plural = if n == 1 { "" } else { "s" };
-        self.messages.report(format!("{done} {} surfel{plural}", in_groups(n as u64)));
+        self.messages.report(format!("{done} {about}{} surfel{plural}", in_groups(n as u64)));
     }
 
     /// Deletes what is selected.
     pub(crate) fn delete_surfels(&mut self) {
-        self.edit_selected("deleted", |cloud, selection, index, open| {
+        let change = |cloud: &Cloud, selection: &Selection, index, open: &OpenClouds| {
             Ok(open.edited(index, deleted(cloud, selection)?))
-        });
+        };
+        self.edit_selected("deleted", change, deleting);
     }
 
     /// Deletes what is not selected.
     pub(crate) fn crop_to_surfels(&mut self) {
-        self.edit_selected("kept", |cloud, selection, index, open| {
+        let change = |cloud: &Cloud, selection: &Selection, index, open: &OpenClouds| {
             Ok(open.edited(index, extracted(cloud, selection)?))
-        });
+        };
+        self.edit_selected("kept", change, cropping);
     }
 
     /// Makes what is selected a cloud of its own, beside the rest.
     pub(crate) fn split_surfels(&mut self) {
-        self.edit_selected("split off", |cloud, selection, index, open| {
+        let change = |cloud: &Cloud, selection: &Selection, index, open: &OpenClouds| {
             let (part, rest) = (extracted(cloud, selection)?, deleted(cloud, selection)?);
             Ok(open.derived(index, part, "part").showing(index, true).edited(index, rest))
+        };
+        self.edit_selected("split off", change, |_, _| {
+            Err("a pyramid is not split here; `surfelshop select` writes a part of it".to_owned())
         });
     }
 
     /// Writes a number into a column of what is selected.
     pub(crate) fn set_value_of_surfels(&mut self) {
         let (name, value) = self.views.hands.value.clone();
-        self.edit_selected(&format!("set {name} of"), |cloud, selection, index, open| {
-            Ok(open.edited(index, with_value(cloud, selection, name.trim(), &[value])?))
+        let name = name.trim();
+        let change = |cloud: &Cloud, selection: &Selection, index, open: &OpenClouds| {
+            Ok(open.edited(index, with_value(cloud, selection, name, &[value])?))
+        };
+        self.edit_selected(&format!("set {name} of"), change, |layer, chosen| {
+            let change = LayerChange::Set { column: name.to_owned(), values: vec![value] };
+            Ok(layer.with(chosen, change))
         });
     }
 
@@ -106,5 +126,6 @@ pub(crate) fn unused(cloud: &Path, ending: &str) -> PathBuf {
 /// What is selected, for the status line.
 pub(crate) fn status(window: &Window) -> Option<String> {
     let (n, of) = window.n_selected();
-    (n > 0).then(|| format!("{} of {} selected", in_groups(n as u64), in_groups(of as u64)))
+    let about = window.about_selected();
+    (n > 0).then(|| format!("{about}{} of {} selected", in_groups(n as u64), in_groups(of as u64)))
 }

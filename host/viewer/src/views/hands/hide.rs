@@ -5,23 +5,33 @@ use std::sync::Arc;
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::display::hidden;
 use surfelshop_cloud::in_groups;
-use surfelshop_cloud::selection::{Combine, Selection, SelectionError};
+use surfelshop_cloud::selection::{
+    Combine, EditLayer, LayerChange, RegionSelection, RegionStep, Selection, SelectionError,
+};
 
 impl Window {
     /// Hides what is selected.
     pub(crate) fn hide_surfels(&mut self) {
-        self.hide(|before, selected| before.combined(selected, Combine::Add));
+        let hide =
+            |before: &Selection, selected: &Selection| before.combined(selected, Combine::Add);
+        self.hide(hide, |layer, chosen| Ok(layer.with(chosen, LayerChange::Hide)));
     }
 
     /// Hides what is not selected, and clouds of which nothing is.
     pub(crate) fn hide_other_surfels(&mut self) {
-        let others: Vec<usize> = self
-            .hand_clouds()
-            .into_iter()
-            .filter(|(.., cloud)| self.views.hands.selection_of(cloud).is_none())
-            .map(|(index, ..)| index)
+        let pyramids = self.hand_pyramids().into_iter().map(|hand| (hand.index, hand.cloud));
+        let clouds = self.hand_clouds().into_iter().map(|(index, _, cloud)| (index, cloud));
+        let others: Vec<usize> = clouds
+            .chain(pyramids)
+            .filter(|(_, cloud)| self.views.hands.selected_of(cloud).is_none())
+            .map(|(index, _)| index)
             .collect();
-        self.hide(|before, selected| before.combined(&selected.inverted(), Combine::Add));
+        let hide = |before: &Selection, selected: &Selection| {
+            before.combined(&selected.inverted(), Combine::Add)
+        };
+        self.hide(hide, |layer, chosen| {
+            Ok(layer.with(chosen.with(RegionStep::Invert), LayerChange::Hide))
+        });
         for index in others {
             let Some(shown) = &self.document.clouds else { return };
             let without = shown.open_clouds.showing(index, false);
@@ -33,9 +43,14 @@ impl Window {
     fn hide(
         &mut self,
         combine: impl Fn(&Selection, &Selection) -> Result<Selection, SelectionError>,
+        of_pyramids: impl Fn(&EditLayer, RegionSelection) -> Result<EditLayer, String>,
     ) {
         // Earlier changes are a step of their own.
         self.document.history.record(&self.snapshot());
+        let of_pyramid = match self.edit_layers(&of_pyramids) {
+            Ok(of_pyramid) => of_pyramid,
+            Err(line) => return self.messages.warn(line),
+        };
         let mut n = 0;
         for (index, _, cloud) in self.hand_clouds() {
             let Some(selected) = self.views.hands.selection_of(&cloud) else { continue };
@@ -53,6 +68,9 @@ impl Window {
                 Err(error) => return self.messages.warn(error.to_string()),
             }
         }
+        if of_pyramid {
+            return self.messages.report("hidden; Alt+H shows it again");
+        }
         let plural = if n == 1 { "" } else { "s" };
         self.messages
             .report(format!("hid {} surfel{plural}; Alt+H shows them", in_groups(n as u64)));
@@ -69,6 +87,7 @@ impl Window {
                 Err(error) => return self.messages.warn(error.to_string()),
             }
         }
+        self.show_hidden_of_pyramids();
     }
 
     /// The surfels that a tool is led over: those that are selected, else those that are not hidden; `None` for all.
@@ -80,7 +99,7 @@ impl Window {
     /// Whether surfels of a visible cloud are hidden.
     pub(crate) fn has_hidden_surfels(&self) -> bool {
         let has = |cloud: &Cloud| cloud.column(surfelshop_cloud::display::HIDDEN).is_some();
-        self.hand_clouds().iter().any(|(.., cloud)| has(cloud))
+        self.hides_of_pyramids() || self.hand_clouds().iter().any(|(.., cloud)| has(cloud))
     }
 }
 

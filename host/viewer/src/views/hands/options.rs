@@ -94,7 +94,8 @@ fn select(window: &mut Window, ui: &mut Ui) {
     }
     let (n, of) = window.n_selected();
     ui.separator();
-    ui.label(format!("{} of {} surfels", in_groups(n as u64), in_groups(of as u64)));
+    let about = window.about_selected();
+    ui.label(format!("{about}{} of {} surfels", in_groups(n as u64), in_groups(of as u64)));
     if n == 0 {
         return;
     }

@@ -1,14 +1,19 @@
 //! What gestures select.
 
+use super::layers::HandPyramid;
 use super::state::{Gesture, HandMode};
 use crate::window::Window;
 use eframe::egui::Context;
 use std::sync::Arc;
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::selection::{
-    Combine, DepthPicture, Region, ScreenRegion, ScreenShape, Selection, SelectionError, grown,
-    shrunk, usual_distance,
+    Combine, DepthPicture, Region, RegionStep, ScreenRegion, ScreenShape, Selection,
+    SelectionError, grown, shrunk, usual_distance,
 };
+use surfelshop_session::input::displayed::Selected;
+
+/// Columns and rows of the distances that a pyramid's layer keeps of a picture: 400 kB as text.
+const MOST_CELLS: u32 = 256;
 
 impl Window {
     /// Shows what a gesture does so far, where that is quick.
@@ -61,14 +66,40 @@ impl Window {
             _ if gesture.how == Combine::Replace => return self.select_no_surfels(),
             _ => return,
         };
-        let depth = DepthPicture {
-            width: picture.depth.width,
-            height: picture.depth.height,
-            values: &picture.depth.data,
+        let size = [picture.depth.width, picture.depth.height];
+        let depth = match self.views.hands.through {
+            true => Ok(None),
+            false => DepthPicture::new(size, &picture.depth.data, (&shape, picture.view.size_px))
+                .map(Some),
         };
-        let depth = (!self.views.hands.through).then_some(depth);
+        let depth = match depth {
+            Ok(depth) => depth,
+            Err(error) => return self.messages.warn(error.to_string()),
+        };
         let region = ScreenRegion { view: picture.view, shape, depth };
         self.select_by(gesture, |cloud, _| region.select(cloud));
+        self.select_regions_by(gesture, |window, hand| {
+            let mut seen = region.clone();
+            seen.depth = seen
+                .depth
+                .map(|depth| depth.coarse(MOST_CELLS, window.merged_px(hand, &region.view)));
+            Region::Seen(Box::new(seen))
+        });
+    }
+
+    /// Selects regions of pyramids, together with what was selected before the gesture as its keys say.
+    fn select_regions_by(
+        &mut self,
+        gesture: &Gesture,
+        region: impl Fn(&Self, &HandPyramid) -> Region,
+    ) {
+        let before = |_: &Self, hand: &HandPyramid| match gesture.before.get(hand.place)? {
+            Some(Selected::Regions(regions, _)) => Some(Arc::clone(regions)),
+            Some(Selected::Surfels(_)) | None => None,
+        };
+        self.select_regions(before, |window, hand| {
+            Some(RegionStep::Take { how: gesture.how, region: region(window, hand) })
+        });
     }
 
     /// Selects what the brush has gone over.
@@ -83,6 +114,10 @@ impl Window {
                 chosen.combined(&near, Combine::Add)
             })
         });
+        self.select_regions_by(&gesture, |_, _| Region::Spheres {
+            centers: places.clone(),
+            radius,
+        });
         self.views.hands.gesture = Some(gesture);
     }
 
@@ -93,9 +128,12 @@ impl Window {
         select: impl Fn(&Cloud, Selection) -> Result<Selection, SelectionError>,
     ) {
         for (_, place, cloud) in self.hand_clouds() {
-            let before = gesture.before.get(place).cloned().flatten();
+            let before = match gesture.before.get(place) {
+                Some(Some(Selected::Surfels(before))) => Some(&**before),
+                _ => None,
+            };
             let select = |none| select(&cloud, none);
-            match self.combined_selection(place, &cloud, (before.as_deref(), gesture.how), select) {
+            match self.combined_selection(place, &cloud, (before, gesture.how), select) {
                 Ok(chosen) => self.views.hands.set_selection(&cloud, Some(Arc::new(chosen))),
                 Err(error) => self.messages.warn(error.to_string()),
             }
@@ -147,6 +185,7 @@ impl Window {
     /// Selects all surfels that are shown.
     pub(crate) fn select_all_surfels(&mut self) {
         self.change_selections(|_, before| before.combined(&before.inverted(), Combine::Add));
+        self.change_regions(&RegionStep::Take { how: Combine::Replace, region: Region::All });
     }
 
     /// Selects no surfel.
@@ -154,21 +193,36 @@ impl Window {
         for (.., cloud) in self.hand_clouds() {
             self.views.hands.set_selection(&cloud, None);
         }
+        for hand in self.hand_pyramids() {
+            self.views.hands.set_selected(&hand.cloud, None);
+        }
     }
 
     /// Selects the others.
     pub(crate) fn invert_surfels(&mut self) {
         self.change_selections(|_, before| Ok(before.inverted()));
+        self.change_regions(&RegionStep::Invert);
     }
 
     /// Selects the neighbours of what is selected, too.
     pub(crate) fn grow_surfels(&mut self) {
         self.change_selections(|cloud, before| grown(cloud, before, usual_distance(cloud)));
+        self.note_neighbours();
     }
 
     /// Selects only what has no neighbour that is not selected.
     pub(crate) fn shrink_surfels(&mut self) {
         self.change_selections(|cloud, before| shrunk(cloud, before, usual_distance(cloud)));
+        self.note_neighbours();
+    }
+
+    /// Says what was not done of what is selected of pyramids.
+    fn note_neighbours(&mut self) {
+        if self.has_regions() {
+            self.messages.report(
+                "what is selected of pyramids stays as it is: neighbours are looked for in clouds in memory",
+            );
+        }
     }
 
     /// Selects all that hangs together with what is selected.
@@ -176,5 +230,6 @@ impl Window {
         self.change_selections(|cloud, before| {
             surfelshop_cloud::selection::connected(cloud, before, usual_distance(cloud))
         });
+        self.note_neighbours();
     }
 }

@@ -11,7 +11,8 @@ use surfelshop_api::columns::POSITION;
 use surfelshop_api::{Dabs, StrokeSample};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::scene::MeasureKind;
-use surfelshop_cloud::selection::{Combine, Selection};
+use surfelshop_cloud::selection::{Combine, RegionSelection, Selection};
+use surfelshop_session::input::displayed::{Selected, SelectedShare};
 
 /// Most selections of clouds that were there before: undo brings these and what was selected of them back.
 const MOST: usize = 32;
@@ -96,7 +97,7 @@ pub(super) struct Gesture {
     pub(super) began: f64,
     pub(super) how: Combine,
     /// What was selected before it, of each visible cloud.
-    pub(super) before: Vec<Option<Arc<Selection>>>,
+    pub(super) before: Vec<Option<Selected>>,
 }
 
 /// What hands do.
@@ -121,7 +122,7 @@ pub(crate) struct Hands {
     /// What was done last, in a few words.
     pub(crate) said: String,
     /// What is selected of clouds, by the generation of their places; the last ones.
-    selections: Vec<(u64, Arc<Selection>)>,
+    selections: Vec<(u64, Selected)>,
 }
 
 impl Default for Hands {
@@ -150,19 +151,52 @@ pub(super) fn key(cloud: &Cloud) -> Option<u64> {
 impl Hands {
     /// What is selected of a cloud; none where nothing is.
     pub(crate) fn selection_of(&self, cloud: &Cloud) -> Option<Arc<Selection>> {
+        match self.selected_of(cloud)? {
+            Selected::Surfels(selection) => Some(selection),
+            Selected::Regions(..) => None,
+        }
+    }
+
+    /// What is selected of a pyramid, by the cloud that stands for it; none where nothing is.
+    pub(crate) fn regions_of(&self, cloud: &Cloud) -> Option<Arc<RegionSelection>> {
+        match self.selected_of(cloud)? {
+            Selected::Surfels(_) => None,
+            Selected::Regions(regions, _) => Some(regions),
+        }
+    }
+
+    /// What is selected of a cloud or a pyramid; none where nothing is.
+    pub(crate) fn selected_of(&self, cloud: &Cloud) -> Option<Selected> {
         let key = key(cloud)?;
         let found = self.selections.iter().rev().find(|(own, _)| *own == key);
-        found.map(|(_, selection)| selection.clone()).filter(|s| s.len() == cloud.len())
+        let fits = |selected: &Selected| match selected {
+            Selected::Surfels(selection) => selection.len() == cloud.len(),
+            Selected::Regions(..) => true,
+        };
+        found.map(|(_, selected)| selected.clone()).filter(fits)
     }
 
     /// Selects surfels of a cloud, and no others of it.
     pub(crate) fn set_selection(&mut self, cloud: &Cloud, selection: Option<Arc<Selection>>) {
+        self.set_selected(cloud, selection.map(Selected::Surfels));
+    }
+
+    /// Selects surfels of a cloud or a pyramid, and no others of it.
+    pub(crate) fn set_selected(&mut self, cloud: &Cloud, selection: Option<Selected>) {
         let Some(key) = key(cloud) else { return };
         self.selections.retain(|(own, _)| *own != key);
         let selection = selection.filter(|selection| !selection.is_empty());
         self.selections.extend(selection.map(|selection| (key, selection)));
         if self.selections.len() > MOST {
             self.selections.remove(0);
+        }
+    }
+
+    /// About which share of a pyramid is selected; nothing where none is.
+    pub(super) fn share_of(&self, cloud: &Cloud) -> Option<f64> {
+        match self.selected_of(cloud)? {
+            Selected::Surfels(_) => None,
+            Selected::Regions(_, SelectedShare(share)) => Some(share),
         }
     }
 

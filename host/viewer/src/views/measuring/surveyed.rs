@@ -56,11 +56,13 @@ fn bare(measure: &Measure) -> Measure {
 }
 
 fn survey(measure: &Measure, up: Axis, clouds: &Clouds) -> Surveyed {
-    let (up, clouds) = (up.direction(), measured(clouds));
+    let up = up.direction();
     let failed = |fault: String| Surveyed { fault: Some(fault), ..Surveyed::default() };
-    if clouds.is_empty() {
-        return failed("pyramids are not measured: their surfels are not in memory".to_owned());
-    }
+    let clouds = match measured(clouds, measure, up) {
+        Ok(clouds) => clouds,
+        Err(error) => return failed(error.to_string()),
+    };
+    let clouds: Vec<_> = clouds.iter().collect();
     match measure.kind {
         MeasureKind::Profile => match Profile::of(measure, up, &clouds) {
             Ok(profile) => Surveyed {

@@ -7,7 +7,8 @@ use crate::views::hands::state::{HandMode, key};
 use crate::window::Window;
 use glam::DVec3;
 use std::sync::Arc;
-use surfelshop_cloud::selection::{Combine, Selection};
+use surfelshop_cloud::selection::{Combine, Region, RegionStep, Selection};
+use surfelshop_session::input::displayed::{Selected, SelectedShare};
 
 /// What a new box leaves of the bounds of all clouds: so its sides lie within the picture.
 const FIRST: f64 = 0.6;
@@ -107,23 +108,49 @@ impl Window {
     pub(super) fn select_by_shape(&mut self, at_rest: bool) {
         let clouds = self.hand_clouds();
         let n: usize = clouds.iter().map(|(.., cloud)| cloud.len()).sum();
+        let n = n + self.hand_pyramids().iter().map(|hand| hand.cloud.len()).sum::<usize>();
         let Some(shape) = self.shape().filter(|_| at_rest || n <= AT_ONCE) else { return };
         let region = shape.region(self.document.up.axis());
         let how = self.views.hands.handles.how;
         for (_, place, cloud) in clouds {
             let Some(key) = key(&cloud) else { continue };
             let hands = &self.views.hands;
-            let before = hands.handles.before(key, hands.selection_of(&cloud));
+            let before = hands.handles.before(key, hands.selected_of(&cloud));
+            let own = match &before {
+                Some(Selected::Surfels(before)) => Some(&**before),
+                Some(Selected::Regions(..)) | None => None,
+            };
             let select = |_: Selection| region.select(&cloud);
-            match self.combined_selection(place, &cloud, (before.as_deref(), how), select) {
+            match self.combined_selection(place, &cloud, (own, how), select) {
                 Ok(chosen) => {
-                    let after = Arc::new(chosen);
+                    let after = Selected::Surfels(Arc::new(chosen));
                     let hands = &mut self.views.hands;
-                    hands.set_selection(&cloud, Some(Arc::clone(&after)));
+                    hands.set_selected(&cloud, Some(after.clone()));
                     hands.handles.made.insert(key, Made { before, after });
                 }
                 Err(error) => self.messages.warn(error.to_string()),
             }
+        }
+        self.select_pyramids_by(&region, how);
+    }
+
+    /// The same of pyramids.
+    fn select_pyramids_by(&mut self, region: &Region, how: Combine) {
+        for hand in self.hand_pyramids() {
+            let Some(key) = key(&hand.cloud) else { continue };
+            let hands = &self.views.hands;
+            let before = hands.handles.before(key, hands.selected_of(&hand.cloud));
+            let regions = match &before {
+                Some(Selected::Regions(regions, _)) => (**regions).clone(),
+                Some(Selected::Surfels(_)) | None => hand.nothing(),
+            };
+            let step = RegionStep::Take { how, region: region.clone() };
+            let regions = Arc::new(regions.with(step));
+            self.set_regions(&hand, regions);
+            // Where it selects nothing.
+            let nothing = || Selected::Regions(Arc::default(), SelectedShare(0.0));
+            let after = self.views.hands.selected_of(&hand.cloud).unwrap_or_else(nothing);
+            self.views.hands.handles.made.insert(key, Made { before, after });
         }
     }
 
@@ -145,6 +172,21 @@ impl Window {
     fn bounds_of_surfels(&self, selected: bool) -> Option<[DVec3; 2]> {
         let shown = self.document.clouds.as_ref()?;
         let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        for hand in self.hand_pyramids() {
+            let selected = match (selected, self.views.hands.regions_of(&hand.cloud)) {
+                (false, _) => None,
+                (true, None) => continue,
+                (true, Some(regions)) => regions.select_in_world(&hand.cloud).ok(),
+            };
+            let facts = hand.cloud.facts();
+            let ends = match &selected {
+                None => vec![facts.bounds_min, facts.bounds_max],
+                Some(some) => some.indices().filter_map(|i| hand.cloud.world_position(i)).collect(),
+            };
+            for end in ends {
+                bounds = [bounds[0].min(end), bounds[1].max(end)];
+            }
+        }
         for (_, place, cloud) in self.hand_clouds() {
             let mut take = |[low, high]: [DVec3; 2]| {
                 bounds = [bounds[0].min(low), bounds[1].max(high)];

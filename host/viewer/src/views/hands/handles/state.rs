@@ -2,8 +2,8 @@
 
 use super::shape::{BoxShape, PlaneShape};
 use std::collections::HashMap;
-use std::sync::Arc;
-use surfelshop_cloud::selection::{Combine, Selection};
+use surfelshop_cloud::selection::Combine;
+use surfelshop_session::input::displayed::Selected;
 
 /// What selects by handles.
 #[derive(Default)]
@@ -20,15 +20,15 @@ pub(in crate::views) struct Handles {
 
 /// What the shape has made of the selection of a cloud.
 pub(super) struct Made {
-    pub(super) before: Option<Arc<Selection>>,
-    pub(super) after: Arc<Selection>,
+    pub(super) before: Option<Selected>,
+    pub(super) after: Selected,
 }
 
 impl Handles {
     /// What was selected of a cloud before the shape did; what is selected `now`, where something else did so since.
-    pub(super) fn before(&self, key: u64, now: Option<Arc<Selection>>) -> Option<Arc<Selection>> {
+    pub(super) fn before(&self, key: u64, now: Option<Selected>) -> Option<Selected> {
         match (self.made.get(&key), &now) {
-            (Some(made), Some(now)) if Arc::ptr_eq(&made.after, now) => made.before.clone(),
+            (Some(made), Some(now)) if made.after.is_same(now) => made.before.clone(),
             (Some(made), None) if made.after.is_empty() => made.before.clone(),
             _ => now,
         }

@@ -1,3 +1,5 @@
+mod layers;
+
 use super::*;
 use crate::cloud::Cloud;
 use crate::cloud::axis::Axis;
@@ -119,27 +121,29 @@ fn what_is_seen_is_selected_or_all_that_lies_behind() {
     // At the front sheet the picture is one unit high.
     let left = ScreenShape::Rectangle([DVec2::new(50.0, 100.0), DVec2::ZERO]);
     let front = vec![2.0f32; 100 * 100];
-    let depth = DepthPicture { width: 100, height: 100, values: &front };
-    let select = |shape: &ScreenShape, depth: Option<DepthPicture<'_>>| {
+    let select = |shape: &ScreenShape, depth: Option<&[f32]>| {
+        let depth =
+            depth.map(|depth| DepthPicture::new([100, 100], depth, (shape, [100, 100])).unwrap());
         let region = ScreenRegion { view: view(), shape: shape.clone(), depth };
         chosen(&region.select(&cloud()).unwrap())
     };
-    let seen = select(&left, Some(depth));
+    let seen = select(&left, Some(&front));
     assert_eq!(seen, (0..100).filter(|i| i % 10 < 5).collect::<Vec<_>>());
     // The sheet behind is smaller in the picture, so that all of its left half is in it.
     assert_eq!(select(&left, None).len(), 100);
     // Where the front one is not drawn, the one behind is seen.
     let behind = vec![3.0f32; 100 * 100];
-    let depth = DepthPicture { values: &behind, ..depth };
-    assert_eq!(select(&left, Some(depth)).len(), 100);
+    assert_eq!(select(&left, Some(&behind)).len(), 100);
     let nothing = vec![0.0f32; 100 * 100];
-    assert!(select(&left, Some(DepthPicture { values: &nothing, ..depth })).is_empty());
+    assert!(select(&left, Some(&nothing)).is_empty());
+    // Depths that are missing count as nothing.
+    assert!(select(&left, Some(&behind[..10])).is_empty());
     // A triangle with the right angle at the lower left corner.
     let half = [DVec2::new(0.0, 0.0), DVec2::new(0.0, 100.0), DVec2::new(100.0, 100.0)];
     let lasso = select(&ScreenShape::Lasso(half.to_vec()), None);
     assert!(lasso.contains(&0) && !lasso.contains(&99) && lasso.contains(&10));
     let circle = ScreenShape::Circle { center: DVec2::splat(50.0), radius: 8.0 };
-    assert_eq!(select(&circle, Some(DepthPicture { values: &front, ..depth })), [44, 45, 54, 55]);
+    assert_eq!(select(&circle, Some(&front)), [44, 45, 54, 55]);
     // Lines without an inside, and what is behind the camera.
     assert!(select(&ScreenShape::Lasso(vec![DVec2::ZERO; 2]), None).is_empty());
     let mut away = view();

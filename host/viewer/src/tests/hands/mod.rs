@@ -1,5 +1,7 @@
 //! Surfels are selected and tools are led by hand.
 
+mod pyramids;
+
 use super::plugins::faulty;
 use super::{SAMPLE, Screen, built_plugins};
 use crate::ViewerArguments;
@@ -26,6 +28,10 @@ fn with_brushes() -> Screen {
 
 /// A window with the brushes and further plugins, which have a second for a run.
 fn with(more: Vec<PathBuf>) -> Screen {
+    of_file(SAMPLE.into(), more)
+}
+
+fn of_file(file: PathBuf, more: Vec<PathBuf>) -> Screen {
     let mut plugins = built_plugins();
     plugins.patience = Some(Duration::from_secs(1)).filter(|_| !more.is_empty());
     plugins.plugin.extend(more);
@@ -39,7 +45,7 @@ fn with(more: Vec<PathBuf>) -> Screen {
         memory: None,
         in_place: false,
         colors: Default::default(),
-        files: vec![SAMPLE.into()],
+        files: vec![file],
         up: UpAxis::Y,
         plugins,
         device: DeviceArguments::default(),

@@ -1,7 +1,10 @@
 //! The open clouds, visible and hidden, edited and as on disk.
 
+mod layers;
+
 use super::packed_clouds::columns_of;
 use super::recovery::CloudRow;
+use layers::SharedLayerFile;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use surfelshop_cloud::display::{self, HiddenSurfels, unhidden};
@@ -9,6 +12,7 @@ use surfelshop_cloud::scene::SceneFile;
 use surfelshop_cloud::selection::{Selection, SelectionError};
 use surfelshop_cloud::{Cloud, CloudError, Column, Loaded, Summary, Transform};
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::pyramids::OpenPyramid;
 use surfelshop_session::input::scenes::NamedRenderer;
 
 /// A cloud that is open.
@@ -30,6 +34,10 @@ pub(crate) struct OpenCloud {
     title: Option<String>,
     /// How it was placed in the window, and the cloud before that.
     placed: Option<(Transform, Cloud)>,
+    /// The pyramid that the cloud stands for, where it does.
+    pyramid: Option<Arc<OpenPyramid>>,
+    /// The file that the pyramid's edits are in.
+    layer_file: SharedLayerFile,
 }
 
 impl OpenCloud {
@@ -38,11 +46,35 @@ impl OpenCloud {
         Self { entry: Some(entry), on_disk, ..Self::new(loaded) }
     }
 
+    /// The same of a pyramid, where the cloud stands for one of these.
+    fn of_pyramid(self, clouds: &Clouds) -> Self {
+        let pyramid = clouds.pyramid_of(&self.loaded.cloud).cloned();
+        Self { pyramid, ..self }
+    }
+
     /// A cloud that is in no file.
     fn new(loaded: Loaded) -> Self {
         let (visible, recovered, on_disk) = (true, false, Vec::new());
         let (entry, saved_as, renderer, title, placed) = (None, None, None, None, None);
-        Self { loaded, visible, entry, saved_as, on_disk, recovered, renderer, title, placed }
+        let (pyramid, layer_file) = (None, SharedLayerFile::default());
+        Self {
+            loaded,
+            visible,
+            entry,
+            saved_as,
+            on_disk,
+            recovered,
+            renderer,
+            title,
+            placed,
+            pyramid,
+            layer_file,
+        }
+    }
+
+    /// The pyramid that it stands for, where it does.
+    pub(crate) fn pyramid(&self) -> Option<&Arc<OpenPyramid>> {
+        self.pyramid.as_ref()
     }
 
     /// What it was called; else its file's name, or the name of its source cloud and the tool.
@@ -85,6 +117,9 @@ impl OpenCloud {
 
     /// Whether it has edits that its file has not.
     pub(crate) fn is_unsaved(&self) -> bool {
+        if self.pyramid.is_some() {
+            return self.has_other_edits();
+        }
         // A scene says how it is placed.
         let has_file = self.entry.is_some() || self.saved_as.is_some();
         let cloud = match &self.placed {
@@ -134,7 +169,9 @@ impl OpenClouds {
     /// Clouds that were read, with their indices in the scene.
     pub(crate) fn read(clouds: Clouds, entries: &[usize]) -> Self {
         let all = clouds.loaded.iter().zip(entries);
-        let all = all.map(|(loaded, entry)| OpenCloud::read(loaded.clone(), *entry)).collect();
+        let all =
+            all.map(|(loaded, entry)| OpenCloud::read(loaded.clone(), *entry).of_pyramid(&clouds));
+        let all = all.collect();
         Self { all: Arc::new(all), removed: Arc::default(), clouds: Arc::new(clouds) }
     }
 
@@ -146,7 +183,7 @@ impl OpenClouds {
         n_opened: usize,
     ) -> Self {
         let open_cloud = |(loaded, at): (&Loaded, &usize)| {
-            let mut open_cloud = OpenCloud::read(loaded.clone(), *at);
+            let mut open_cloud = OpenCloud::read(loaded.clone(), *at).of_pyramid(&clouds);
             if let Some(row) = rows.iter().find(|row| row.at == *at) {
                 (open_cloud.visible, open_cloud.saved_as) = (row.visible, row.saved_as.clone());
                 open_cloud.entry = row.was_opened.then_some(*at);
@@ -170,13 +207,14 @@ impl OpenClouds {
         Arc::ptr_eq(&self.all, &other.all)
     }
 
-    /// These clouds; `before` is what was open before, whose pyramids and standpoint stay.
+    /// These clouds; `before` is what was open before, whose standpoint stays.
     fn of(all: Vec<OpenCloud>, removed: Arc<Vec<usize>>, before: &Clouds) -> Self {
         let shown = all
             .iter()
             .filter(|open_cloud| open_cloud.visible)
             .map(|open_cloud| open_cloud.loaded.clone());
-        let (pyramids, standpoint) = (before.pyramids.clone(), before.standpoint);
+        let pyramids = all.iter().filter_map(|open_cloud| open_cloud.pyramid.clone()).collect();
+        let standpoint = before.standpoint;
         let clouds = Clouds { pyramids, standpoint, ..Clouds::of(shown.collect()) };
         Self { clouds: Arc::new(clouds), removed, all: Arc::new(all) }
     }
@@ -305,11 +343,11 @@ impl OpenClouds {
             let file = Path::new(&loaded.summary.file);
             let path = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
             let on_disk = generations_on_disk(&loaded.cloud);
-            OpenCloud { saved_as: Some(path), on_disk, ..OpenCloud::new(loaded.clone()) }
+            let open_cloud =
+                OpenCloud { saved_as: Some(path), on_disk, ..OpenCloud::new(loaded.clone()) };
+            open_cloud.of_pyramid(added)
         }));
-        let pyramids = self.clouds.pyramids.iter().chain(&added.pyramids).cloned().collect();
-        let before = Clouds { pyramids, ..(*self.clouds).clone() };
-        Self::of(all, self.removed.clone(), &before)
+        Self::of(all, self.removed.clone(), &self.clouds)
     }
 
     /// With one cloud shown or hidden.
@@ -328,6 +366,8 @@ impl OpenClouds {
         for open_cloud in &mut all {
             let entry = open_cloud.entry.and_then(|entry| scene.clouds.get(entry));
             // What the user calls it now counts, as of a recovered one.
+            let layer = entry.and_then(|cloud| scene.path_of_layer(cloud));
+            *open_cloud = open_cloud.with_layer_from(layer.as_deref(), !open_cloud.recovered);
             let title = open_cloud.title.take();
             open_cloud.title = title.or_else(|| entry.and_then(|cloud| cloud.name.clone()));
             open_cloud.renderer = entry.and_then(|cloud| cloud.renderer.clone()).map(|renderer| {

@@ -1,0 +1,280 @@
+//! Edits of clouds that are larger than memory: what is done where, kept beside the cloud and done to what is read of
+//! it.
+
+use super::{Reach, RegionSelection, Selection, SelectionError, set_column};
+use crate::cloud::Cloud;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::hash::{Hash as _, Hasher as _};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use surfelshop_api::columns::{POSITION, RADIUS, TANGENT_U, TANGENT_V};
+
+/// What an edit does with what is selected and not hidden.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LayerChange {
+    /// It is no more there.
+    Delete,
+    /// It is not shown, and edits leave it alone until all is shown.
+    Hide,
+    /// All that is hidden is shown again, whatever is selected.
+    ShowAll,
+    /// A column gets values, one for each component; see [`with_value`](super::with_value).
+    Set {
+        /// The column; none that says where surfels are and how large.
+        column: String,
+        /// The values.
+        values: Vec<f64>,
+    },
+}
+
+/// An edit.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct LayerEdit {
+    /// Tells edits apart that are in memory; none has 0.
+    #[serde(skip, default = "next_id")]
+    id: u64,
+    /// What is edited.
+    select: RegionSelection,
+    /// What is done with it.
+    change: LayerChange,
+}
+
+/// Edits, one after the other. A clone shares them.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(into = "Vec<LayerEdit>", from = "Vec<LayerEdit>")]
+pub struct EditLayer {
+    edits: Vec<Arc<LayerEdit>>,
+}
+
+/// What becomes of surfels that edits hide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HiddenOnes {
+    /// They are left out.
+    LeftOut,
+    /// They stay.
+    Stay,
+}
+
+/// A ball around all surfels that are looked at: its middle in the coordinates of the cloud's file, and its radius.
+pub type Ball = (DVec3, f64);
+
+/// Columns that nodes of pyramids are placed by.
+const PLACES: [&str; 4] = [POSITION, RADIUS, TANGENT_U, TANGENT_V];
+
+fn next_id() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
+impl From<EditLayer> for Vec<LayerEdit> {
+    fn from(layer: EditLayer) -> Self {
+        layer.edits.iter().map(|edit| LayerEdit::clone(edit)).collect()
+    }
+}
+
+impl From<Vec<LayerEdit>> for EditLayer {
+    fn from(edits: Vec<LayerEdit>) -> Self {
+        Self { edits: edits.into_iter().map(Arc::new).collect() }
+    }
+}
+
+/// Equal where they have the same edits, made or read at the same time.
+impl PartialEq for EditLayer {
+    fn eq(&self, other: &Self) -> bool {
+        let ids = |layer: &Self| layer.edits.iter().map(|edit| edit.id).collect::<Vec<_>>();
+        ids(self) == ids(other)
+    }
+}
+
+impl EditLayer {
+    /// Whether nothing is edited.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.edits.is_empty()
+    }
+
+    /// How many edits there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.edits.len()
+    }
+
+    /// The same with another edit.
+    #[must_use]
+    pub fn with(&self, select: RegionSelection, change: LayerChange) -> Self {
+        let edit = LayerEdit { id: next_id(), select, change };
+        Self { edits: self.edits.iter().cloned().chain([Arc::new(edit)]).collect() }
+    }
+
+    /// The same with all shown that is hidden.
+    #[must_use]
+    pub fn showing_all(&self) -> Self {
+        match self.hides() {
+            true => self.with(RegionSelection::default(), LayerChange::ShowAll),
+            false => self.clone(),
+        }
+    }
+
+    /// Whether the last edit leaves every surfel where it is and shown.
+    #[must_use]
+    pub fn sets_values(&self) -> bool {
+        self.edits.last().is_some_and(|edit| matches!(edit.change, LayerChange::Set { .. }))
+    }
+
+    /// Whether something may be hidden.
+    #[must_use]
+    pub fn hides(&self) -> bool {
+        self.edits.iter().fold(false, |hides, edit| match edit.change {
+            LayerChange::Hide => true,
+            LayerChange::ShowAll => false,
+            LayerChange::Delete | LayerChange::Set { .. } => hides,
+        })
+    }
+
+    /// Whether all edits can be done to a cloud with these columns, of which one surfel is enough.
+    ///
+    /// # Errors
+    /// Where a value does not fit its column or is no number, or a column says where surfels are or how large.
+    pub fn check(&self, cloud: &Cloud) -> Result<(), SelectionError> {
+        let mask: Vec<bool> = (0..cloud.len()).map(|i| i == 0).collect();
+        let one = cloud.keep(&mask)?;
+        let all = Selection::of(one.len(), |_| true)?;
+        self.edits.iter().try_fold(one, |one, edit| match &edit.change {
+            LayerChange::Delete | LayerChange::Hide | LayerChange::ShowAll => Ok(one),
+            LayerChange::Set { column, values } => {
+                let wrong = |expected: &str, found: String| SelectionError::Value {
+                    column: column.clone(),
+                    expected: expected.to_owned(),
+                    found,
+                };
+                if PLACES.contains(&column.as_str()) {
+                    let expected = "one that does not say where surfels are and how large";
+                    return Err(wrong(expected, "this one".to_owned()));
+                }
+                if let Some(value) = values.iter().find(|value| !value.is_finite()) {
+                    return Err(wrong("a number", value.to_string()));
+                }
+                set_column(&one, &all, column, values)
+            }
+        })?;
+        Ok(())
+    }
+
+    /// Tells apart what edits make of what is within a ball: equal numbers come from the same edits, and none does
+    /// anything where it is 0. `has` says which columns the cloud has: one that is made is made everywhere.
+    #[must_use]
+    pub fn version(&self, ball: Ball, has: impl Fn(&str) -> bool) -> u64 {
+        let mut hasher = siphasher::sip::SipHasher13::new();
+        let mut n = 0;
+        for edit in &self.edits {
+            let concerns = match &edit.change {
+                LayerChange::ShowAll => n > 0,
+                LayerChange::Set { column, .. } => !has(column) || edit.reaches(ball),
+                LayerChange::Delete | LayerChange::Hide => edit.reaches(ball),
+            };
+            if concerns {
+                edit.id.hash(&mut hasher);
+                n += 1;
+            }
+        }
+        if n == 0 { 0 } else { hasher.finish() }
+    }
+
+    /// Whether nothing is left of what is within a ball, as far as that is told quickly.
+    #[must_use]
+    pub fn removes(&self, ball: Ball, hidden: HiddenOnes) -> bool {
+        // Whether surfels may be shown, and may be hidden.
+        let (mut shown, mut hides) = (true, false);
+        for edit in &self.edits {
+            match edit.change {
+                LayerChange::Set { .. } => {}
+                LayerChange::ShowAll => (shown, hides) = (shown || hides, false),
+                LayerChange::Delete => shown &= edit.select.reach(ball.0, ball.1) != Reach::All,
+                LayerChange::Hide => {
+                    let reach = edit.select.reach(ball.0, ball.1);
+                    hides |= shown && reach != Reach::Nothing;
+                    shown &= reach != Reach::All;
+                }
+            }
+        }
+        !shown && (hidden == HiddenOnes::LeftOut || !hides)
+    }
+
+    /// A cloud, or a part of it, as its file has it, with the edits done. All of its surfels are within a ball, where
+    /// one is given. What remains may be empty.
+    ///
+    /// # Errors
+    /// Where the cloud lacks an attribute, a value does not fit its column, or there is no memory.
+    pub fn applied(
+        &self,
+        cloud: Cloud,
+        ball: Option<Ball>,
+        hidden: HiddenOnes,
+    ) -> Result<Cloud, SelectionError> {
+        let mut edited = Edited { cloud, hidden: None };
+        for edit in &self.edits {
+            let reaches = ball.is_none_or(|ball| edit.reaches(ball));
+            edited = edit.applied(edited, reaches)?;
+        }
+        match edited {
+            Edited { cloud, hidden: Some(some) } if hidden == HiddenOnes::LeftOut => {
+                Ok(cloud.keep(&some.inverted().mask())?)
+            }
+            Edited { cloud, .. } => Ok(cloud),
+        }
+    }
+}
+
+/// A cloud while edits are done to it.
+struct Edited {
+    cloud: Cloud,
+    /// What is hidden of it.
+    hidden: Option<Selection>,
+}
+
+impl LayerEdit {
+    /// Whether it may change something of a ball.
+    fn reaches(&self, (middle, radius): Ball) -> bool {
+        self.select.reach(middle, radius) != Reach::Nothing
+    }
+
+    fn applied(&self, edited: Edited, reaches: bool) -> Result<Edited, SelectionError> {
+        let Edited { cloud, hidden } = edited;
+        let is_idle = match &self.change {
+            LayerChange::ShowAll => return Ok(Edited { cloud, hidden: None }),
+            LayerChange::Delete | LayerChange::Hide => !reaches,
+            LayerChange::Set { column, .. } => !reaches && cloud.column(column).is_some(),
+        };
+        if cloud.is_empty() || is_idle {
+            return Ok(Edited { cloud, hidden });
+        }
+        let chosen = self.select.select(&cloud)?;
+        let chosen = match &hidden {
+            Some(hidden) => chosen.combined(hidden, super::Combine::Subtract)?,
+            None => chosen,
+        };
+        match &self.change {
+            LayerChange::Set { column, values } => {
+                Ok(Edited { cloud: set_column(&cloud, &chosen, column, values)?, hidden })
+            }
+            LayerChange::Hide => {
+                let hidden = match hidden {
+                    Some(before) => before.combined(&chosen, super::Combine::Add)?,
+                    None => chosen,
+                };
+                Ok(Edited { cloud, hidden: Some(hidden).filter(|hidden| !hidden.is_empty()) })
+            }
+            LayerChange::Delete if !chosen.is_empty() => {
+                let mask = chosen.inverted().mask();
+                let hidden = hidden.map(|hidden| {
+                    let kept: Vec<usize> = (0..mask.len()).filter(|&i| mask[i]).collect();
+                    Selection::of(kept.len(), |i| hidden.contains(kept[i]))
+                });
+                Ok(Edited { cloud: cloud.keep(&mask)?, hidden: hidden.transpose()? })
+            }
+            LayerChange::Delete | LayerChange::ShowAll => Ok(Edited { cloud, hidden }),
+        }
+    }
+}
