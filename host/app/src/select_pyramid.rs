@@ -45,24 +45,24 @@ pub(crate) fn run(arguments: &SelectArguments, source: &Source) -> anyhow::Resul
     }
     let selection =
         regions(what, placed, up).map_err(|line| anyhow!("{}: {line}", file.display()))?;
-    let counted = {
-        let bar = Progress::new(format!("selecting of {}", source.path.display()));
-        pyramid.selected((&layer, &selection), &|fraction| bar.tell(fraction))?
-    };
-    let [n_selected, n] = counted;
     let edited = match (delete, &set[..]) {
-        (true, _) => layer.with(selection, LayerChange::Delete),
+        (true, _) => layer.with(selection.clone(), LayerChange::Delete),
         (false, []) => layer.with(selection.with(RegionStep::Invert), LayerChange::Delete),
-        (false, set) => set.iter().fold(layer, |layer, value| {
+        (false, set) => set.iter().fold(layer.clone(), |layer, value| {
             let change =
                 LayerChange::Set { column: value.name.clone(), values: value.values.clone() };
             layer.with(selection.clone(), change)
         }),
     };
+    let one = pyramid.overview_cloud(0)?;
+    edited.check(&one).map_err(|error| anyhow!("{}: {error}", file.display()))?;
+    let counted = {
+        let bar = Progress::new(format!("selecting of {}", source.path.display()));
+        pyramid.selected((&layer, &selection), &|fraction| bar.tell(fraction))?
+    };
+    let [n_selected, n] = counted;
     let mut written = None;
     if let Some(out) = out {
-        let one = pyramid.overview_cloud(0)?;
-        edited.check(&one).map_err(|error| anyhow!("{}: {error}", file.display()))?;
         let n_left = match (delete, set.is_empty()) {
             (true, _) => n - n_selected,
             (false, true) => n_selected,

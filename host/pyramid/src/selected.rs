@@ -25,11 +25,16 @@ impl Pyramid {
         self.directory().columns.iter().any(|column| column.name == name)
     }
 
-    /// Whether a selection may have something of what edits leave of the leaves, as far as that is told quickly.
+    /// Leaves of which a selection may have something that edits leave, as far as that is told quickly, ascending; where
+    /// there are more than `most` of them, one more.
     #[must_use]
-    pub fn may_select(&self, layer: &EditLayer, selection: &RegionSelection) -> bool {
-        let mut open = vec![0u32];
-        while let Some(node) = open.pop() {
+    pub fn leaves_reached(
+        &self,
+        (layer, selection): (&EditLayer, &RegionSelection),
+        most: usize,
+    ) -> Vec<u32> {
+        let (mut leaves, mut open) = (Vec::new(), vec![0u32]);
+        while let (Some(node), true) = (open.pop(), leaves.len() <= most) {
             let (Some(ball), Some(record)) = (self.ball(node), self.nodes().get(node as usize))
             else {
                 continue;
@@ -39,12 +44,12 @@ impl Pyramid {
                 continue;
             }
             if record.is_leaf() {
-                return true;
+                leaves.push(node);
             }
             let [first, count] = record.children;
             open.extend((first..first + count).rev());
         }
-        false
+        leaves
     }
 
     /// How many surfels of the leaves are selected, and how many there are, with these edits done. Leaves of which a
@@ -78,6 +83,9 @@ impl Pyramid {
             let leaf = layer
                 .applied(self.read(node)?, ball, HiddenOnes::LeftOut)
                 .map_err(|error| fault(&error))?;
+            if leaf.is_empty() {
+                return Ok([0, 0]);
+            }
             let chosen = selection.select(&leaf).map_err(|error| fault(&error))?;
             Ok([chosen.count() as u64, leaf.len() as u64])
         };

@@ -285,6 +285,10 @@ fn what_is_selected_of_a_pyramid_is_that_of_its_cloud() {
     desk.run("select a1.ply height=..-0.5 --set class=7 -o b.ply").done();
     let expected = numbers(&read(&desk, "b.ply"), "class");
     assert!(told.contains(&format!("edits that leave {} surfels", expected.len())), "{told}");
+    // Leaves that are empty by then have the new column as well.
+    let sevens = expected.values().filter(|class| **class == 7.0).count() as u64;
+    let counted = count("select a.surfels class=7 --layer b.layer.json --json");
+    assert_eq!(counted, (sevens, expected.len() as u64));
     let baked = desk.run("select a.surfels all --layer b.layer.json -o b.surfels --memory 64MB");
     assert!(baked.done().stdout.contains(&format!("b.surfels: {} surfels", expected.len())));
     let mut found = HashMap::new();
@@ -316,6 +320,9 @@ fn what_is_selected_of_a_pyramid_is_that_of_its_cloud() {
         ("\"version\":1", "\"version\":9", "update Surfelshop"),
         ("delete", "burn", "expected a layer of edits"),
         ("\"radius\":0.8", "\"radius\":null", "expected a layer of edits"),
+        ("\"column\":\"class\"", "\"column\":\"radius\"", "where surfels are or how large"),
+        ("\"values\":[7.0]", "\"values\":[]", "expected 1 to 64 values, found 0"),
+        ("\"scale\":1.0", "\"scale\":-1.0", "a scale above 0"),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(desk.at("wrong.layer.json"), text.replace(from, to)).unwrap();

@@ -14,3 +14,4 @@ pub mod pyramids;
 pub mod sample;
 pub mod scenes;
 pub mod strokes;
+mod tinted_nodes;

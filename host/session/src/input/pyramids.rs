@@ -3,6 +3,7 @@
 use crate::input::budget::Budget;
 use crate::input::clouds::Clouds;
 use crate::input::formats::SessionFormats;
+use crate::input::tinted_nodes::TintedNodes;
 use crate::output::terminal;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -12,9 +13,7 @@ use std::time::Instant;
 use surfelshop_api::columns::POSITION;
 use surfelshop_api::{SurfaceSettings, View};
 use surfelshop_cloud::display::{Display, Look};
-use surfelshop_cloud::selection::{
-    Ball, EditLayer, HiddenOnes, Reach, RegionSelection, SelectionError, tinted,
-};
+use surfelshop_cloud::selection::{Ball, EditLayer, HiddenOnes, RegionSelection};
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary, Transform, memory};
 use surfelshop_pyramid::{Cut, CutView, NodeLook, Nodes, Pyramid, PyramidError};
 
@@ -46,6 +45,10 @@ const IN_PLACE_ENDINGS: [&str; 2] = [".copc.laz", "metadata.json"];
 /// Surfels that stand for what edits have left, at least, where there are as many.
 const LEAST_OVERVIEW: u64 = 20_000;
 
+/// Leaves that are looked at, at most, for how many surfels are selected: they lie where one looks at them, and are in
+/// memory for that.
+const COUNTED_LEAVES: usize = 8;
+
 /// A pyramid that is open, as a scene places, edits and displays it. A clone shares its nodes.
 #[derive(Clone)]
 pub struct OpenPyramid {
@@ -62,6 +65,8 @@ pub struct OpenPyramid {
     largest_radius: f64,
     /// What is selected.
     selected: Option<Arc<TintedNodes>>,
+    /// About which share of its surfels edits leave, 0 to 1.
+    left: f64,
     /// The nodes of displays: an edit leaves those it does not reach as they are.
     displays: Arc<Mutex<Vec<KnownDisplay>>>,
 }
@@ -75,13 +80,6 @@ struct KnownLayer {
 
 /// A display, with the nodes that are shown by it as long as somebody needs them.
 type KnownDisplay = (Arc<Display>, Weak<Nodes>);
-
-/// What is selected of a pyramid, with the nodes that show it.
-struct TintedNodes {
-    selection: Arc<RegionSelection>,
-    /// Of each node what it looks like otherwise.
-    known: Mutex<HashMap<u32, [Arc<Cloud>; 2]>>,
-}
 
 /// Opens a file whose points lie in an octree as a pyramid, where that was asked for, or memory would not hold it.
 /// Edits that belong to a file ask for it.
@@ -173,6 +171,7 @@ fn opened(
         budget,
         largest_radius: f64::INFINITY,
         selected: None,
+        left: 1.0,
         displays: Arc::default(),
     };
     Ok((Loaded { cloud, summary }, pyramid))
@@ -230,7 +229,7 @@ impl OpenPyramid {
         layer.check(&self.whole)?;
         let pyramid = self.nodes.pyramid();
         let layer = Arc::new(KnownLayer { edits: layer, known: Mutex::default() });
-        let cloud = self.overview_of(&layer)?;
+        let (cloud, left) = self.overview_of(&layer)?;
         // It is told apart from the one before even where it is the same.
         let positions =
             cloud.column(POSITION).map(|old| Column::new(POSITION, 3, old.values().clone()));
@@ -241,17 +240,19 @@ impl OpenPyramid {
             overview: generation(&cloud),
             layer,
             selected: None,
+            left,
             ..self.clone()
         };
         Ok((cloud, edited))
     }
 
-    /// The cloud that stands for what edits leave.
-    fn overview_of(&self, layer: &KnownLayer) -> anyhow::Result<Cloud> {
+    /// The cloud that stands for what edits leave, and about which share that is.
+    fn overview_of(&self, layer: &KnownLayer) -> anyhow::Result<(Cloud, f64)> {
         let pyramid = self.nodes.pyramid();
         let cloud = layer.edits.applied(self.whole.clone(), None, HiddenOnes::LeftOut)?;
+        let left = cloud.len() as f64 / self.whole.len().max(1) as f64;
         if cloud.len() as u64 >= LEAST_OVERVIEW.min(self.whole.len() as u64) {
-            return Ok(cloud);
+            return Ok((cloud, left));
         }
         // Of a small part the whole says too little.
         let most = if pyramid.is_in_place() { OVERVIEW_IN_PLACE } else { OVERVIEW };
@@ -265,13 +266,14 @@ impl OpenPyramid {
             let n_nodes = u32::try_from(pyramid.nodes().len()).unwrap_or(u32::MAX);
             let is_left = |node: u32| pyramid.nodes()[node as usize].is_leaf() && is_there(node);
             if !(0..n_nodes).any(is_left) {
-                let len = usize::try_from(pyramid.directory().n_surfels).unwrap_or(usize::MAX);
-                return Err(SelectionError::Everything { len }.into());
+                let n = pyramid.directory().n_surfels;
+                anyhow::bail!("the edits would leave none of {n} surfels");
             }
             // Few surfels may be left anywhere, which merged ones do not show.
-            return Ok(self.whole.clone());
+            return Ok((self.whole.clone(), left));
         };
-        Ok(cloud.with_source(self.whole.source().clone()).with_object(self.whole.object()))
+        let cloud = cloud.with_source(self.whole.source().clone());
+        Ok((cloud.with_object(self.whole.object()), left))
     }
 
     /// The same pyramid coloured and filtered; `overview` stands for it then.
@@ -297,9 +299,43 @@ impl OpenPyramid {
     /// The same pyramid with what is selected tinted.
     pub fn selecting(&self, selection: &Arc<RegionSelection>) -> Self {
         let known = self.selected.as_ref().filter(|known| known.selection == *selection);
-        let new =
-            || Arc::new(TintedNodes { selection: Arc::clone(selection), known: Mutex::default() });
+        let new = || Arc::new(TintedNodes::new(selection));
         Self { selected: Some(known.cloned().unwrap_or_else(new)), ..self.clone() }
+    }
+
+    /// How many surfels it has: exact where nothing is edited, else about as merged ones tell it.
+    pub fn n_about(&self) -> u64 {
+        (self.directory_surfels() as f64 * self.left).round() as u64
+    }
+
+    fn directory_surfels(&self) -> u64 {
+        self.nodes.pyramid().directory().n_surfels
+    }
+
+    /// The share of these surfels that is selected, 0 to 1: exact where few leaves are concerned, else that of the merged
+    /// surfels of `overview`. Nothing where the selection does not come near any.
+    ///
+    /// # Errors
+    /// Where it asks for an attribute that is not there, or a node cannot be read.
+    pub fn selected_share(
+        &self,
+        selection: &RegionSelection,
+        overview: &Cloud,
+    ) -> anyhow::Result<Option<f64>> {
+        let pyramid = self.nodes.pyramid();
+        let leaves = pyramid.leaves_reached((&self.layer.edits, selection), COUNTED_LEAVES);
+        if leaves.is_empty() {
+            return Ok(None);
+        }
+        if leaves.len() > COUNTED_LEAVES {
+            let n = selection.select_in_world(overview)?.count();
+            return Ok(Some(n as f64 / overview.len().max(1) as f64));
+        }
+        let mut n = 0;
+        for leaf in self.nodes.get(&leaves, &self.look)? {
+            n += selection.select_in_world(&leaf)?.count();
+        }
+        Ok((n > 0).then(|| (n as f64 / self.n_about().max(1) as f64).min(1.0)))
     }
 
     /// The nodes that are read and kept.
@@ -366,47 +402,6 @@ impl OpenPyramid {
         let is_there = |node: u32| !self.layer.of(pyramid, node).1;
         let most = self.budget.drawn(pyramid.surfel_bytes());
         Cut::of(pyramid.nodes(), &view, most, (at_hand, is_there))
-    }
-}
-
-impl TintedNodes {
-    /// Nodes with what is selected of them tinted.
-    fn of(
-        &self,
-        pyramid: &Pyramid,
-        parts: Vec<Arc<Cloud>>,
-        nodes: &[u32],
-    ) -> Result<Vec<Arc<Cloud>>, PyramidError> {
-        let tint = |part: &Arc<Cloud>, node: u32| -> Result<Arc<Cloud>, SelectionError> {
-            let may_be = pyramid.ball(node).is_none_or(|(middle, radius)| {
-                self.selection.reach(middle, radius) != Reach::Nothing
-            });
-            if !may_be || part.is_empty() {
-                return Ok(Arc::clone(part));
-            }
-            let selected = self.selection.select_in_world(part)?;
-            Ok(Arc::new(tinted(part, &selected, None)?))
-        };
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let tinted: Vec<[Arc<Cloud>; 2]> = parts
-            .into_iter()
-            .zip(nodes)
-            .map(|(part, &node)| match known.get(&node) {
-                Some([before, tinted]) if Arc::ptr_eq(before, &part) => {
-                    Ok([part, Arc::clone(tinted)])
-                }
-                _ => {
-                    let tinted = tint(&part, node).map_err(|error| {
-                        PyramidError::Points(format!("{}: {error}", pyramid.path().display()))
-                    })?;
-                    Ok([part, tinted])
-                }
-            })
-            .collect::<Result<_, PyramidError>>()?;
-        // Those whose nodes have gone go, too.
-        known.retain(|_, [before, _]| Arc::strong_count(before) > 1);
-        known.extend(nodes.iter().copied().zip(tinted.iter().cloned()));
-        Ok(tinted.into_iter().map(|[_, tinted]| tinted).collect())
     }
 }
 

@@ -18,7 +18,7 @@ pub struct DepthPicture {
     corner: [i64; 2],
     /// Columns and rows that are known.
     size: [u32; 2],
-    /// Distances along the viewing axis, scene units; 0 where nothing is.
+    /// Distances along the viewing axis of what is farthest in each cell, scene units; 0 where nothing is.
     values: Arc<[f32]>,
     /// The farthest of them.
     farthest: f32,
@@ -59,14 +59,36 @@ impl DepthPicture {
                 kept.push(values.get(at).copied().unwrap_or(0.0));
             }
         }
-        Ok(Self {
-            whole: [f64::from(width), f64::from(height)],
-            corner: corner.map(i64::from),
-            size,
-            farthest: farthest(&kept),
-            values: kept.into(),
-            merged_px: 0.0,
-        })
+        let whole = [f64::from(width), f64::from(height)];
+        let seen = Self::of(whole, corner.map(i64::from), size, kept);
+        // What lies within a pixel is up to so much farther away than its middle.
+        let deeper = |(i, depth): (usize, &f32)| *depth + seen.slope(i) as f32;
+        let values = seen.values.iter().enumerate().map(deeper).collect();
+        Ok(Self::of(whole, seen.corner, size, values))
+    }
+
+    fn of(whole: [f64; 2], corner: [i64; 2], size: [u32; 2], values: Vec<f32>) -> Self {
+        let farthest = values.iter().copied().fold(0.0, f32::max);
+        Self { whole, corner, size, values: values.into(), farthest, merged_px: 0.0 }
+    }
+
+    /// How much farther away a surface is a pixel beside, along both axes: pictures have the distance in the middle of a
+    /// pixel, and that may have been half of one beside. Of both sides the one that changes less counts, and the other as
+    /// far as twice that, since at an outline it leads to something else.
+    fn slope(&self, i: usize) -> f64 {
+        let width = i64::from(self.size[0].max(1));
+        let [x, y] = [i as i64 % width + self.corner[0], i as i64 / width + self.corner[1]];
+        let middle = self.at(x, y);
+        if middle <= 0.0 {
+            return 0.0;
+        }
+        let change = |depth: f64| if depth > 0.0 { (depth - middle).abs() } else { f64::INFINITY };
+        let along = |dx: i64, dy: i64| {
+            let [a, b] = [-1, 1].map(|by| change(self.at(x + by * dx, y + by * dy)));
+            let less = a.min(b);
+            if less.is_finite() { a.max(b).min(2.0 * less) } else { 0.0 }
+        };
+        along(1, 0) + along(0, 1)
     }
 
     /// The same with so few cells that it has at most `most` columns and rows: each is as far away as what is farthest
@@ -96,7 +118,7 @@ impl DepthPicture {
             *kept = kept.max(*value);
         }
         let whole = self.whole.map(|length| length / f64::from(cell));
-        Self { whole, corner: first, size, values: values.into(), ..self }
+        Self { merged_px: self.merged_px, ..Self::of(whole, first, size, values) }
     }
 
     /// The distance in a cell; 0 where nothing is.
@@ -127,10 +149,6 @@ impl DepthPicture {
     pub(super) fn may_show(&self, depth: f64, reach: f64) -> bool {
         self.farthest > 0.0 && depth <= f64::from(self.farthest) + reach + TOLERANCE * depth
     }
-}
-
-fn farthest(values: &[f32]) -> f32 {
-    values.iter().copied().fold(0.0, f32::max)
 }
 
 /// A picture as files have it.
@@ -169,7 +187,6 @@ impl TryFrom<StoredPicture> for DepthPicture {
         if corner.iter().any(|at| at.unsigned_abs() > u64::from(u32::MAX)) {
             return Err(format!("expected the corner of a picture, found {corner:?}"));
         }
-        let farthest = farthest(&values);
-        Ok(Self { whole, corner, size, farthest, values: values.into(), merged_px })
+        Ok(Self { merged_px, ..Self::of(whole, corner, size, values) })
     }
 }

@@ -63,6 +63,9 @@ pub type Ball = (DVec3, f64);
 /// Columns that nodes of pyramids are placed by.
 const PLACES: [&str; 4] = [POSITION, RADIUS, TANGENT_U, TANGENT_V];
 
+/// Components of a column that an edit makes, at most: those of harmonics have 45.
+const MOST_COMPONENTS: usize = 64;
+
 fn next_id() -> u64 {
     static NEXT: AtomicU64 = AtomicU64::new(1);
     NEXT.fetch_add(1, Ordering::Relaxed)
@@ -141,6 +144,9 @@ impl EditLayer {
         let mask: Vec<bool> = (0..cloud.len()).map(|i| i == 0).collect();
         let one = cloud.keep(&mask)?;
         let all = Selection::of(one.len(), |_| true)?;
+        for edit in &self.edits {
+            one.transformed(&edit.select.placed)?;
+        }
         self.edits.iter().try_fold(one, |one, edit| match &edit.change {
             LayerChange::Delete | LayerChange::Hide | LayerChange::ShowAll => Ok(one),
             LayerChange::Set { column, values } => {
@@ -150,8 +156,12 @@ impl EditLayer {
                     found,
                 };
                 if PLACES.contains(&column.as_str()) {
-                    let expected = "one that does not say where surfels are and how large";
-                    return Err(wrong(expected, "this one".to_owned()));
+                    let expected = "a column that does not say where surfels are or how large";
+                    return Err(wrong(expected, format!("`{column}`")));
+                }
+                if !(1..=MOST_COMPONENTS).contains(&values.len()) {
+                    let expected = format!("1 to {MOST_COMPONENTS} values");
+                    return Err(wrong(&expected, values.len().to_string()));
                 }
                 if let Some(value) = values.iter().find(|value| !value.is_finite()) {
                     return Err(wrong("a number", value.to_string()));
@@ -247,10 +257,15 @@ impl LayerEdit {
             LayerChange::Delete | LayerChange::Hide => !reaches,
             LayerChange::Set { column, .. } => !reaches && cloud.column(column).is_some(),
         };
-        if cloud.is_empty() || is_idle {
+        let is_column = matches!(self.change, LayerChange::Set { .. });
+        if is_idle || cloud.is_empty() && !is_column {
             return Ok(Edited { cloud, hidden });
         }
-        let chosen = self.select.select(&cloud)?;
+        // Of nothing there are columns, too.
+        let chosen = match cloud.is_empty() {
+            true => Selection::none(0)?,
+            false => self.select.select(&cloud)?,
+        };
         let chosen = match &hidden {
             Some(hidden) => chosen.combined(hidden, super::Combine::Subtract)?,
             None => chosen,

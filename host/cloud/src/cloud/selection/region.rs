@@ -142,6 +142,10 @@ impl Region {
             place.distance_squared(middle) <= distance * distance * (1.0 + 1e-9)
         };
         match self {
+            Self::Values { attribute: Attribute::Height, test: FilterTest::Range(ends), up } => {
+                let height = middle.dot(up.direction());
+                height + reach >= ends[0] && height - reach <= ends[1]
+            }
             Self::All | Self::Values { .. } => true,
             Self::Box([low, high]) => is_near(middle.max(*low).min(*high), 0.0),
             Self::TurnedBox { middle: own, half, turn } => {
@@ -176,6 +180,10 @@ impl Region {
             }
             Self::Plane { point, normal } => {
                 (middle - *point).dot(*normal) >= radius * normal.length()
+            }
+            Self::Values { attribute: Attribute::Height, test: FilterTest::Range(ends), up } => {
+                let height = middle.dot(up.direction());
+                height - radius >= ends[0] && height + radius <= ends[1]
             }
             Self::Seen(_) | Self::Values { .. } => false,
         }

@@ -18,9 +18,16 @@ pub(super) struct LayerFile {
 pub(super) type SharedLayerFile = Arc<Mutex<LayerFile>>;
 
 impl OpenCloud {
-    /// The file of its edits, where it is a pyramid whose edits were read or saved and are not all undone in there.
+    /// The file of its edits, where it is a pyramid whose edits were read or saved.
     pub(crate) fn layer_file(&self) -> Option<PathBuf> {
         self.layer_file.lock().unwrap_or_else(PoisonError::into_inner).path.clone()
+    }
+
+    /// The same as a scene names it: not where all edits in there were undone.
+    pub(crate) fn layer_in_scene(&self) -> Option<PathBuf> {
+        let file = self.layer_file.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_empty = file.edits.as_ref().is_some_and(EditLayer::is_empty);
+        file.path.clone().filter(|_| !is_empty)
     }
 
     /// Whether it is a pyramid with edits that its file has not.
@@ -28,7 +35,7 @@ impl OpenCloud {
         let Some(pyramid) = &self.pyramid else { return false };
         let file = self.layer_file.lock().unwrap_or_else(PoisonError::into_inner);
         match (&file.path, &file.edits) {
-            (None, None) => !pyramid.layer().is_empty(),
+            (None, _) => !pyramid.layer().is_empty(),
             (_, saved) => saved.as_ref() != Some(pyramid.layer()),
         }
     }
@@ -56,12 +63,14 @@ impl OpenClouds {
         }))
     }
 
-    /// With the edits of a pyramid marked as saved; in no file where it has none.
+    /// With the edits of a pyramid marked as saved; in the file where they were before, where no other is named: of no edits
+    /// none is written.
     pub(crate) fn layer_saved(&self, index: usize, path: Option<PathBuf>) -> Self {
         self.noted(index, |open_cloud| {
             let edits = open_cloud.pyramid.as_ref().map(|pyramid| pyramid.layer().clone());
             let mut file = open_cloud.layer_file.lock().unwrap_or_else(PoisonError::into_inner);
-            *file = LayerFile { edits: edits.filter(|_| path.is_some()), path };
+            let path = path.or(file.path.take());
+            *file = LayerFile { edits, path };
             drop(file);
             open_cloud.recovered = false;
         })

@@ -45,7 +45,7 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
     let folder = recovery.map(|recovery| recovery.journal.folder.clone()).unwrap_or_default();
     let mut shown = scene_file::scene_of(window, &folder.join(RECOVERED_SCENE));
     let clouds = scene_file::opened_clouds(window, &folder);
-    let opened = SceneFile { clouds: clouds.clone(), ..shown.clone() };
+    let mut opened = SceneFile { clouds: clouds.clone(), ..shown.clone() };
     shown.clouds = clouds;
     // Clouds without a row are not read again.
     shown.clouds.iter_mut().for_each(|cloud| cloud.visible = false);
@@ -64,6 +64,10 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
             cloud.visible = true;
             cloud.hidden = open_cloud.hidden();
             cloud.layer = scene_file::layer_in(open_cloud, &folder);
+            // What was saved since it was opened is the scene's now.
+            if let Some(own) = opened.clouds.get_mut(at) {
+                own.layer.clone_from(&cloud.layer);
+            }
             if let Some(path) = &open_cloud.saved_as {
                 (cloud.path, cloud.transform) = (path.clone(), None);
             }

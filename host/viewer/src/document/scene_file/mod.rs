@@ -311,7 +311,7 @@ fn put_clouds(window: &Window, file: &mut SceneFile) {
 
 /// The file of a pyramid's edits, relative to the scene's folder.
 pub(crate) fn layer_in(open_cloud: &OpenCloud, folder: &Path) -> Option<std::path::PathBuf> {
-    open_cloud.layer_file().map(|path| file_path_in(folder, &path))
+    open_cloud.layer_in_scene().map(|path| file_path_in(folder, &path))
 }
 
 /// What draws a cloud, with paths relative to the scene's folder.

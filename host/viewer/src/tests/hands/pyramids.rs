@@ -4,7 +4,7 @@ use super::{MIDDLE, drag, of_file};
 use crate::document::OpenCloud;
 use crate::tests::Screen;
 use crate::window::Window;
-use eframe::egui::{Key, Modifiers, vec2};
+use eframe::egui::{Key, Modifiers, pos2, vec2};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::{Buffer, Cloud, Column, ReadOptions, WriteOptions};
@@ -77,6 +77,10 @@ fn a_pyramid_is_edited_in_a_layer() {
     screen.harness.key_press(Key::T);
     screen.frames();
     drag(&mut screen, &around, Modifiers::NONE);
+    // Beside the ball nothing is selected.
+    drag(&mut screen, &[pos2(780.0, 420.0), pos2(860.0, 500.0)], Modifiers::NONE);
+    assert_eq!(screen.window().n_selected().0, 0);
+    drag(&mut screen, &around, Modifiers::NONE);
     let (n, of) = screen.window().n_selected();
     assert!(of == N && n > 500 && n < N / 3, "{n} of {of}");
     let tinted = middle(&mut screen);
@@ -104,7 +108,7 @@ fn a_pyramid_is_edited_in_a_layer() {
     assert!(cloud.column("class").is_some() && screen.window().n_selected().0 > 0);
     screen.window().hide_surfels();
     screen.frames();
-    assert!(screen.window().messages.last().unwrap().contains("all "), "not all of it");
+    assert!(screen.window().messages.last().unwrap().contains("would leave none"), "not all of it");
     screen.window().select_no_surfels();
     drag(&mut screen, &[around[0], MIDDLE], Modifiers::NONE);
     screen.window().hide_surfels();

@@ -71,7 +71,7 @@ impl Window {
             Ok(open.derived(index, part, "part").showing(index, true).edited(index, rest))
         };
         self.edit_selected("split off", change, |_, _| {
-            Err("a pyramid is not split here; `surfelshop select` writes a part of it".to_owned())
+            Err("a pyramid is not split here; `surfelshop select -o PART.surfels` writes a part of it".to_owned())
         });
     }
 

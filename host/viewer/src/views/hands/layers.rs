@@ -57,8 +57,8 @@ impl Window {
     pub(super) fn n_selected_of_pyramids(&self) -> (usize, usize) {
         let (mut n, mut of) = (0, 0);
         for HandPyramid { cloud, pyramid, .. } in self.hand_pyramids() {
-            let all =
-                usize::try_from(pyramid.pyramid().directory().n_surfels).unwrap_or(usize::MAX);
+            let all = usize::try_from(pyramid.n_about()).unwrap_or(usize::MAX);
+            let all = if pyramid.layer().is_empty() { all } else { rounded(all) };
             of += all;
             let share = self.views.hands.share_of(&cloud);
             n += share.map_or(0, |share| rounded((share * all as f64) as usize).max(1));
@@ -93,16 +93,10 @@ impl Window {
 
     /// Selects regions of a pyramid, and nothing else of it; nothing where they do not come near it.
     pub(super) fn set_regions(&mut self, hand: &HandPyramid, regions: Arc<RegionSelection>) {
-        let open = &hand.pyramid;
-        let selected = match open.pyramid().may_select(open.layer(), &regions) {
-            false => None,
-            true => match self.shown_of(hand, &regions).select_in_world(&hand.cloud) {
-                Ok(selection) => {
-                    let share = selection.count() as f64 / hand.cloud.len().max(1) as f64;
-                    Some(Selected::Regions(regions, SelectedShare(share)))
-                }
-                Err(error) => return self.messages.warn(error.to_string()),
-            },
+        let share = hand.pyramid.selected_share(&self.shown_of(hand, &regions), &hand.cloud);
+        let selected = match share {
+            Ok(share) => share.map(|share| Selected::Regions(regions, SelectedShare(share))),
+            Err(error) => return self.messages.warn(format!("{}: {error:#}", hand.name())),
         };
         self.views.hands.set_selected(&hand.cloud, selected);
     }

@@ -28,7 +28,8 @@ fn region() -> impl Strategy<Value = Region> {
                 view.camera.projection = Projection::Orthographic { height: 2.0 };
             }
             let depth = depth.map(|depth| {
-                let mut depths = vec![depth; 100 * 100];
+                let ramp = |i: usize| depth + 0.004 * (i % 100) as f32;
+                let mut depths: Vec<f32> = (0..100 * 100).map(ramp).collect();
                 depths[..3000].fill(0.0);
                 let depth = DepthPicture::new([100, 100], &depths, (&shape, [100, 100])).unwrap();
                 if coarse { depth.coarse(9, 1.5) } else { depth }
@@ -49,6 +50,11 @@ fn region() -> impl Strategy<Value = Region> {
             .prop_map(|(centers, radius)| Region::Spheres { centers, radius }),
         (place(), place()).prop_map(|(point, normal)| Region::Plane { point, normal }),
         seen,
+        (-2.0..2.0f64, 0.0..3.0f64).prop_map(|(low, size)| Region::Values {
+            attribute: Attribute::Height,
+            test: FilterTest::Range([low, low + size]),
+            up: Axis::MinusZ,
+        }),
         Just(Region::Values {
             attribute: Attribute::column("class"),
             test: FilterTest::Range([f64::NEG_INFINITY, 1.0]),
@@ -146,6 +152,11 @@ proptest! {
 fn balls_are_told_apart() {
     // Of what a property allows, nothing would be told; these are.
     let ball = (DVec3::ZERO, 0.5);
+    let height = |low: f64, high: f64| Region::Values {
+        attribute: Attribute::Height,
+        test: FilterTest::Range([low, high]),
+        up: Axis::PlusX,
+    };
     let cases = [
         (Region::Box([DVec3::splat(-1.0), DVec3::splat(1.0)]), Reach::All),
         (Region::Box([DVec3::splat(0.6), DVec3::splat(1.0)]), Reach::Nothing),
@@ -155,6 +166,9 @@ fn balls_are_told_apart() {
         (Region::Plane { point: DVec3::X, normal: DVec3::X }, Reach::Nothing),
         (Region::Plane { point: DVec3::X, normal: DVec3::NEG_X }, Reach::All),
         (Region::All, Reach::All),
+        (height(0.6, f64::INFINITY), Reach::Nothing),
+        (height(0.4, f64::INFINITY), Reach::Some),
+        (height(-0.6, 0.6), Reach::All),
     ];
     let mut all = RegionSelection::default();
     for (region, expected) in cases {
@@ -187,7 +201,7 @@ fn cells_of_a_picture_keep_what_is_farthest() {
                 let both = [&fine, &coarse].map(|picture| picture.shows(share, depth, 0.0));
                 assert!(both[1] || !both[0], "{x}, {y}, {depth}");
             }
-            assert!(!coarse.shows(share, depths[x as usize].into(), -0.2));
+            assert!(!coarse.shows(share, depths[x as usize].into(), -0.3));
         }
     }
     // Beyond what is kept nothing is seen, and numbers of hostile files do no harm.
@@ -202,6 +216,52 @@ fn cells_of_a_picture_keep_what_is_farthest() {
     ] {
         assert!(text.contains(from), "{}", &text[..200.min(text.len())]);
         assert!(serde_json::from_str::<DepthPicture>(&text.replace(from, to)).is_err(), "{to}");
+    }
+}
+
+/// Invariant: of a slanted surface all that is seen is selected, however much farther away it is within a pixel
+#[test]
+fn a_slanted_surface_is_selected_whole_and_nothing_behind_it() {
+    // The ground, 1 below the eye, seen at 6 degrees, and another one below it.
+    let mut view = view();
+    view.camera.eye = DVec3::new(0.0, 1.0, 10.0);
+    view.camera.target = DVec3::ZERO;
+    let place = |i: usize, below: f64| {
+        let [x, z] = [i % 60, i / 60].map(|k| (k as f64 + 0.37) / 60.0 - 0.5);
+        DVec3::new(x, -below, 4.0 * z).as_vec3().to_array()
+    };
+    let places = (0..3600).map(|i| place(i, 0.0)).chain((0..3600).map(|i| place(i, 0.6)));
+    let n = 7200;
+    let cloud = Cloud::new(
+        DVec3::ZERO,
+        vec![
+            Column::new("position", 3, Buffer::F32(places.flatten().collect())),
+            Column::new("radius", 1, Buffer::F32(vec![1e-4; n])),
+        ],
+    )
+    .unwrap();
+    // The distances of the ground, in the middle of pixels that are seen up to half a pixel beside.
+    let [half_x, half_y] = view.half_extent();
+    let matrix = view.view_from_offset(DVec3::ZERO).inverse();
+    for beside in [0.0, -0.5, 0.5] {
+        let depth = |i: u32| {
+            let [x, y] = [i % 100, i / 100].map(|k| (f64::from(k) + 0.5 + beside) / 50.0 - 1.0);
+            let ray = matrix.transform_vector3(DVec3::new(x * half_x, -y * half_y, -1.0));
+            let along = -view.camera.eye.y / ray.y;
+            let at = view.camera.eye + along * ray;
+            let is_ground = along > 0.0 && at.x.abs() < 0.55 && at.z.abs() < 2.2;
+            if is_ground { along as f32 } else { 0.0 }
+        };
+        let depths: Vec<f32> = (0..100 * 100).map(depth).collect();
+        let shape = ScreenShape::Rectangle([DVec2::ZERO, DVec2::splat(100.0)]);
+        let fine = DepthPicture::new([100, 100], &depths, (&shape, [100, 100])).unwrap();
+        for picture in [fine.clone(), fine.coarse(40, 0.0)] {
+            let region = ScreenRegion { view, shape: shape.clone(), depth: Some(picture) };
+            let found = chosen(&region.select(&cloud).unwrap());
+            let seen = found.iter().filter(|i| **i < 3600).count();
+            assert!(seen == 3600, "{seen} of 3600");
+            assert!(found.len() - seen < 60, "{} below the ground", found.len() - seen);
+        }
     }
 }
 
@@ -290,7 +350,11 @@ fn values_that_do_not_fit_are_refused_before_they_are_set() {
         Some("column `material`")
     );
     assert!(line("class", &[f64::NAN]).unwrap_err().contains("expected a number, found NaN"));
-    assert!(line("radius", &[1.0]).unwrap_err().contains("where surfels are and how large"));
+    assert!(
+        line("radius", &[1.0])
+            .unwrap_err()
+            .contains("where surfels are or how large, found `radius`")
+    );
     assert!(line("class", &[1.0, 2.0]).unwrap_err().contains("expected 1 value, found 2"));
 }
 
