@@ -299,7 +299,11 @@ fn what_is_selected_of_a_pyramid_is_that_of_its_cloud() {
     let scene = "format = 1\n[[clouds]]\npath = \"a.surfels\"\nlayer = \"b.layer.json\"\n";
     std::fs::write(desk.at("s.scene.toml"), scene).unwrap();
     assert_eq!(count("select s.scene.toml all --json").1, expected.len() as u64);
-    // What cannot be is a line.
+    what_layers_cannot_do_is_a_line(&desk, scene);
+}
+
+/// With a pyramid, its cloud, and a layer of it.
+fn what_layers_cannot_do_is_a_line(desk: &TestFolder, scene: &str) {
     let wrong = |line: &str, said: &str| {
         desk.run(line).failed(&[said]);
     };

@@ -268,19 +268,19 @@ fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
     let mut rounds = 0;
     while missing(&clouds) > 0 {
         clouds.wish((&view(), None), &surface, 0.0);
-        while !clouds.wait(std::time::Duration::from_secs(60)).unwrap() {}
+        while !clouds.wait(Duration::from_secs(60)).unwrap() {}
         let now = covered(&lab.pictures(&clouds, view(), 0.0, Wait::ForNone));
         assert!(now * 50 > before * 49, "a hole: {now} of {before} pixels");
         rounds += 1;
         assert!(rounds < 100);
     }
     while clouds.is_waited_for() {
-        clouds.wait(std::time::Duration::from_secs(60)).unwrap();
+        clouds.wait(Duration::from_secs(60)).unwrap();
     }
-    clouds.wait(std::time::Duration::ZERO).unwrap();
+    clouds.wait(Duration::ZERO).unwrap();
     // Nothing is left to be read, so nobody waits.
     clouds.wish((&view(), None), &surface, 0.0);
-    assert!(!clouds.is_waited_for() && !clouds.wait(std::time::Duration::from_secs(60)).unwrap());
+    assert!(!clouds.is_waited_for() && !clouds.wait(Duration::from_secs(60)).unwrap());
     let all = lab.pictures(&clouds, view(), 0.0, Wait::ForNone);
     let waited = lab.pictures(&opened(&path, 1 << 32), view(), 0.0, Wait::ForAll);
     assert!(all.iter().zip(&waited).all(|(a, b)| a.data == b.data));

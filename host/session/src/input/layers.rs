@@ -99,7 +99,7 @@ mod tests {
         let depth = DepthPicture::new([8, 6], &[1.0; 48], (&shape, view.size_px)).unwrap();
         let seen = ScreenRegion { view, shape, depth: Some(depth.coarse(4, 1.5)) };
         let steps = [
-            Region::Box([DVec3::splat(-0.5), DVec3::splat(0.25)]),
+            Region::Box([DVec3::splat(-1.0), DVec3::splat(0.9)]),
             Region::Spheres { centers: vec![DVec3::X, DVec3::Y], radius: 0.5 },
             Region::Seen(Box::new(seen)),
         ];

@@ -176,7 +176,7 @@ impl TryFrom<StoredPicture> for DepthPicture {
     fn try_from(stored: StoredPicture) -> Result<Self, String> {
         let StoredPicture { whole, corner, size, merged_px, depths } = stored;
         let bytes = STANDARD_NO_PAD.decode(depths);
-        let bytes = bytes.map_err(|_| "expected distances in base 64, found something else")?;
+        let bytes = bytes.map_err(|error| format!("expected distances in base 64: {error}"))?;
         let values: Vec<f32> =
             bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let n = u64::from(size[0]) * u64::from(size[1]);
