@@ -65,21 +65,30 @@ pub(crate) fn run(arguments: &SelectArguments) -> anyhow::Result<()> {
         let options = WriteOptions { comments: loaded.summary.comments, ..formats.writing(&tell) };
         let done = surfelshop_cloud::write(out, &changed, &options)?;
         done.lost.iter().for_each(terminal::warn);
-        written = Some((out.display().to_string(), changed.len()));
+        written = Some(changed.len() as u64);
     }
+    said(arguments, [n_selected, n].map(|n| n as u64), written)
+}
+
+/// Says how many surfels were selected, of how many, and how many were written.
+pub(crate) fn said(
+    arguments: &SelectArguments,
+    [n_selected, n]: [u64; 2],
+    n_written: Option<u64>,
+) -> anyhow::Result<()> {
+    let SelectArguments { file, out, .. } = arguments;
     if arguments.report.json {
         return terminal::json(&json!({
             "command": "select",
             "version": env!("CARGO_PKG_VERSION"),
             "selected": n_selected,
             "surfels": n,
-            "file": written.as_ref().map(|(file, _)| file),
-            "surfels_written": written.as_ref().map(|(_, n)| n),
+            "file": out.as_ref().map(|out| out.display().to_string()),
+            "surfels_written": n_written,
         }));
     }
     terminal::line(format!("{}: {n_selected} of {n} surfels selected", file.display()))?;
-    match written {
-        Some((out, n)) => terminal::line(format!("{out}: {n} surfels")),
-        None => Ok(()),
-    }
+    let Some((out, n)) = out.as_ref().zip(n_written) else { return Ok(()) };
+    let edits = if layers::is_layer(out) { "edits that leave " } else { "" };
+    terminal::line(format!("{}: {edits}{n} surfels", out.display()))
 }

@@ -1,8 +1,8 @@
 //! `surfelshop select` over a pyramid: leaf by leaf, whatever its size.
 
 use crate::arguments::SelectArguments;
+use crate::select::said;
 use anyhow::{anyhow, bail};
-use serde_json::json;
 use std::path::Path;
 use surfelshop_api::Scope;
 use surfelshop_cloud::selection::{EditLayer, HiddenOnes, LayerChange, RegionStep};
@@ -56,11 +56,10 @@ pub(crate) fn run(arguments: &SelectArguments, source: &Source) -> anyhow::Resul
     };
     let one = pyramid.overview_cloud(0)?;
     edited.check(&one).map_err(|error| anyhow!("{}: {error}", file.display()))?;
-    let counted = {
+    let [n_selected, n] = {
         let bar = Progress::new(format!("selecting of {}", source.path.display()));
         pyramid.selected((&layer, &selection), &|fraction| bar.tell(fraction))?
     };
-    let [n_selected, n] = counted;
     let mut written = None;
     if let Some(out) = out {
         let n_left = match (delete, set.is_empty()) {
@@ -75,26 +74,9 @@ pub(crate) fn run(arguments: &SelectArguments, source: &Source) -> anyhow::Resul
             true => layers::write(out, n_surfels, &edited)?,
             false => remade(arguments, &pyramid, (&edited, out))?,
         }
-        written = Some((out.display().to_string(), n_left));
+        written = Some(n_left);
     }
-    if arguments.report.json {
-        return terminal::json(&json!({
-            "command": "select",
-            "version": env!("CARGO_PKG_VERSION"),
-            "selected": n_selected,
-            "surfels": n,
-            "file": written.as_ref().map(|(file, _)| file),
-            "surfels_written": written.as_ref().map(|(_, n)| n),
-        }));
-    }
-    terminal::line(format!("{}: {n_selected} of {n} surfels selected", file.display()))?;
-    match written {
-        Some((out, n)) if layers::is_layer(Path::new(&out)) => {
-            terminal::line(format!("{out}: edits that leave {n} surfels"))
-        }
-        Some((out, n)) => terminal::line(format!("{out}: {n} surfels")),
-        None => Ok(()),
-    }
+    said(arguments, [n_selected, n], written)
 }
 
 /// Whether this can be written of a pyramid.

@@ -298,18 +298,12 @@ impl OpenPyramid {
 
     /// The same pyramid with what is selected tinted.
     pub fn selecting(&self, selection: &Arc<RegionSelection>) -> Self {
-        let known = self.selected.as_ref().filter(|known| known.selection == *selection);
-        let new = || Arc::new(TintedNodes::new(selection));
-        Self { selected: Some(known.cloned().unwrap_or_else(new)), ..self.clone() }
+        Self { selected: Some(Arc::new(TintedNodes::new(selection))), ..self.clone() }
     }
 
     /// How many surfels it has: exact where nothing is edited, else about as merged ones tell it.
     pub fn n_about(&self) -> u64 {
-        (self.directory_surfels() as f64 * self.left).round() as u64
-    }
-
-    fn directory_surfels(&self) -> u64 {
-        self.nodes.pyramid().directory().n_surfels
+        (self.pyramid().directory().n_surfels as f64 * self.left).round() as u64
     }
 
     /// The share of these surfels that is selected, 0 to 1: exact where few leaves are concerned, else that of the merged

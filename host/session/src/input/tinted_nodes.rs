@@ -8,7 +8,7 @@ use surfelshop_pyramid::{Pyramid, PyramidError};
 
 /// What is selected of a pyramid, with the nodes that show it.
 pub(super) struct TintedNodes {
-    pub(super) selection: Arc<RegionSelection>,
+    selection: Arc<RegionSelection>,
     /// Of each node what it looks like otherwise.
     known: Mutex<HashMap<u32, [Arc<Cloud>; 2]>>,
 }

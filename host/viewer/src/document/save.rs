@@ -24,13 +24,15 @@ impl Window {
         let Some(open_cloud) = shown.and_then(|shown| shown.open_clouds.all().get(index)) else {
             return;
         };
-        if open_cloud.pyramid().is_some() {
-            if open_cloud.pyramid().is_some_and(|pyramid| pyramid.layer().is_empty()) {
+        if let Some(pyramid) = open_cloud.pyramid() {
+            if pyramid.layer().is_empty() {
                 return self.messages.report("the pyramid has no edits that could be written");
             }
             let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-            self.save_layer(index, &layer_file_name(&path));
-            return self.messages.report("a scene that is saved now names these edits");
+            if self.save_layer(index, &layer_file_name(&path)) {
+                self.messages.report("a scene that is saved now names these edits");
+            }
+            return;
         }
         if let Some(writer) = &self.document.cloud_writer {
             let (first, path) = (writer.path.display(), path.display());
@@ -95,23 +97,23 @@ impl Window {
         }
     }
 
-    /// Writes the edits of a pyramid into a file, and says so.
-    fn save_layer(&mut self, index: usize, path: &Path) {
-        let Some(shown) = &mut self.document.clouds else { return };
+    /// Writes the edits of a pyramid into a file, where it has some, and says so; whether that went well.
+    fn save_layer(&mut self, index: usize, path: &Path) -> bool {
+        let Some(shown) = &mut self.document.clouds else { return false };
         let open_cloud = shown.open_clouds.all().get(index);
-        let Some(pyramid) = open_cloud.and_then(|open_cloud| open_cloud.pyramid()) else { return };
-        if pyramid.layer().is_empty() {
-            shown.open_clouds = shown.open_clouds.layer_saved(index, None);
-            return;
-        }
-        let n_surfels = pyramid.pyramid().directory().n_surfels;
-        match layers::write(path, n_surfels, pyramid.layer()) {
-            Ok(()) => {
-                shown.open_clouds = shown.open_clouds.layer_saved(index, Some(path.to_owned()));
-                self.messages.report(format!("wrote {}", path.display()));
+        let Some(pyramid) = open_cloud.and_then(|open_cloud| open_cloud.pyramid()) else {
+            return false;
+        };
+        if !pyramid.layer().is_empty() {
+            let n_surfels = pyramid.pyramid().directory().n_surfels;
+            if let Err(error) = layers::write(path, n_surfels, pyramid.layer()) {
+                self.messages.warn(format!("{error:#}"));
+                return false;
             }
-            Err(error) => self.messages.warn(format!("{error:#}")),
+            self.messages.report(format!("wrote {}", path.display()));
         }
+        shown.open_clouds = shown.open_clouds.layer_saved(index, path);
+        true
     }
 
     /// Writes the edits of pyramids that are in no file yet, for a scene: beside it, or where they came from if the scene

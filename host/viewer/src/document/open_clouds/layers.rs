@@ -63,14 +63,12 @@ impl OpenClouds {
         }))
     }
 
-    /// With the edits of a pyramid marked as saved; in the file where they were before, where no other is named: of no edits
-    /// none is written.
-    pub(crate) fn layer_saved(&self, index: usize, path: Option<PathBuf>) -> Self {
+    /// With the edits of a pyramid marked as saved to a file, which is not there where it has none.
+    pub(crate) fn layer_saved(&self, index: usize, path: &Path) -> Self {
         self.noted(index, |open_cloud| {
             let edits = open_cloud.pyramid.as_ref().map(|pyramid| pyramid.layer().clone());
             let mut file = open_cloud.layer_file.lock().unwrap_or_else(PoisonError::into_inner);
-            let path = path.or(file.path.take());
-            *file = LayerFile { edits, path };
+            *file = LayerFile { edits, path: Some(path.to_owned()) };
             drop(file);
             open_cloud.recovered = false;
         })

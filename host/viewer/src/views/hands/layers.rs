@@ -81,10 +81,10 @@ impl Window {
     pub(super) fn select_regions(
         &mut self,
         before: impl Fn(&Self, &HandPyramid) -> Option<Arc<RegionSelection>>,
-        step: impl Fn(&Self, &HandPyramid) -> Option<RegionStep>,
+        step: impl Fn(&Self, &HandPyramid) -> RegionStep,
     ) {
         for hand in self.hand_pyramids() {
-            let Some(step) = step(self, &hand) else { continue };
+            let step = step(self, &hand);
             let before = before(self, &hand);
             let before = before.map_or_else(|| hand.nothing(), |before| (*before).clone());
             self.set_regions(&hand, Arc::new(before.with(step)));
@@ -105,7 +105,7 @@ impl Window {
     pub(super) fn change_regions(&mut self, step: &RegionStep) {
         self.select_regions(
             |window, hand| window.views.hands.regions_of(&hand.cloud),
-            |_, _| Some(step.clone()),
+            |_, _| step.clone(),
         );
     }
 

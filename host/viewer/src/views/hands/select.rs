@@ -97,8 +97,9 @@ impl Window {
             Some(Selected::Regions(regions, _)) => Some(Arc::clone(regions)),
             Some(Selected::Surfels(_)) | None => None,
         };
-        self.select_regions(before, |window, hand| {
-            Some(RegionStep::Take { how: gesture.how, region: region(window, hand) })
+        self.select_regions(before, |window, hand| RegionStep::Take {
+            how: gesture.how,
+            region: region(window, hand),
         });
     }
 
