@@ -2,11 +2,12 @@
 
 use crate::fields::Splats;
 use crate::lanes::{F, V, WIDTH};
-use crate::level_of_detail;
 use crate::level_of_detail::block::Block;
 use crate::level_of_detail::merge::Sample;
+use crate::level_of_detail::{self, Above, repaint};
 use fearless_simd::prelude::*;
 use half::f16;
+use std::sync::Arc;
 
 /// Three numbers of each surfel, by groups.
 #[derive(Default)]
@@ -57,6 +58,10 @@ impl Singles {
     pub(crate) fn one(&self, place: usize) -> f32 {
         self.0[place / WIDTH][place % WIDTH]
     }
+
+    fn put(&mut self, place: usize, value: f32) {
+        self.0[place / WIDTH][place % WIDTH] = value;
+    }
 }
 
 /// Discs, or ellipses.
@@ -75,6 +80,27 @@ pub enum Albedo {
     Codes(Vec<u32>),
     /// Linear red, green, blue and one.
     Halves(Vec<[f16; 4]>),
+}
+
+/// Whether surfels are made that stand for several where these are small.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Merging {
+    /// None are.
+    No,
+    /// They are.
+    Once,
+    /// They are, and what they follow from is kept, as far as it takes little: [`Columns::repaint`] changes them.
+    Repaintable,
+}
+
+/// What surfels are painted with from now on.
+pub struct Paint {
+    /// Their places, ascending.
+    pub places: Vec<u32>,
+    /// Albedos of these, stored as those that are there; the same one where they stay as they are.
+    pub albedo: Albedo,
+    /// Accessibilities of these; none where they stay as they are.
+    pub ao: Option<Vec<f32>>,
 }
 
 /// A cloud's columns, as they are drawn.
@@ -99,6 +125,8 @@ pub struct Columns {
     pub(crate) blocks: Vec<Block>,
     /// Those that are not parts of others.
     pub(crate) roots: std::ops::Range<usize>,
+    /// What painting needs; without it nothing is painted.
+    above: Option<Above>,
     /// The longest half axis of any surfel, scene units.
     pub(crate) max_reach: f32,
 }
@@ -138,15 +166,14 @@ fn three(values: &[f32], i: u32) -> [f32; 3] {
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
     /// columns' length; it is dropped before what needs most memory. Albedos and what varies over splats
-    /// are in drawing order already. Surfels that stand for several are made where there are to be
-    /// `merged` ones. `report` hears how far it is, in [0, 1].
+    /// are in drawing order already. `report` hears how far it is, in [0, 1].
     #[must_use]
     pub fn new(
         sources: &Sources<'_>,
-        order: Vec<u32>,
+        order: Arc<Vec<u32>>,
         albedo: Albedo,
         splats: Splats,
-        merged: bool,
+        merging: Merging,
         linear_of_srgb: &[f32; 256],
         report: &(dyn Fn(f32) + Sync),
     ) -> Self {
@@ -193,11 +220,12 @@ impl Columns {
             stands_for: Vec::new(),
             blocks: Vec::new(),
             roots: 0..0,
+            above: None,
             max_reach: 0.0,
         };
         drop(order);
         report(0.4);
-        columns.merge(merged, linear_of_srgb, &|done| report(0.4 + 0.6 * done));
+        columns.merge(merging, linear_of_srgb, &|done| report(0.4 + 0.6 * done));
         columns
     }
 
@@ -207,9 +235,20 @@ impl Columns {
     }
 
     /// Makes the tree of blocks and the merged surfels.
-    fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256], report: &(dyn Fn(f32) + Sync)) {
+    fn merge(
+        &mut self,
+        merging: Merging,
+        linear_of_srgb: &[f32; 256],
+        report: &(dyn Fn(f32) + Sync),
+    ) {
         self.pad_albedo(self.n_places);
-        let tree = level_of_detail::tree(self, merged, linear_of_srgb, report);
+        let merges = merging != Merging::No && matches!(self.shape, Shape::Radius(_));
+        let tree = level_of_detail::tree(self, merges, linear_of_srgb, report);
+        self.above = match merging {
+            _ if !merges => Some(Above::default()),
+            Merging::Repaintable => tree.above.if_small(self.len),
+            Merging::No | Merging::Once => None,
+        };
         self.max_reach = tree.blocks.iter().map(|block| block.reach).fold(0.0, f32::max);
         self.blocks = tree.blocks;
         self.roots = tree.roots;
@@ -237,6 +276,54 @@ impl Columns {
         self.stands_for.resize(self.n_places - padded(self.len), 0);
         self.pad_albedo(self.n_places);
         first
+    }
+
+    /// Gives surfels other albedos and accessibilities, and what they are merged to those that follow. Returns whether
+    /// that could be: else the columns are no longer right, and to be made anew.
+    pub fn repaint(&mut self, paint: &Paint, linear_of_srgb: &[f32; 256]) -> bool {
+        if paint.places.last().is_some_and(|last| *last as usize >= self.len) {
+            return false;
+        }
+        let places = || paint.places.iter().map(|place| *place as usize);
+        match (&mut self.albedo, &paint.albedo) {
+            (_, Albedo::Same(_)) => {}
+            (Albedo::Codes(all), Albedo::Codes(new)) => {
+                places().zip(new).for_each(|(place, code)| all[place] = *code);
+            }
+            (Albedo::Halves(all), Albedo::Halves(new)) => {
+                places().zip(new).for_each(|(place, halves)| all[place] = *halves);
+            }
+            _ => return false,
+        }
+        match (&mut self.ao, &paint.ao) {
+            (_, None) => {}
+            (Some(all), Some(new)) => {
+                places().zip(new).for_each(|(place, value)| all.put(place, *value));
+            }
+            (None, Some(_)) => return false,
+        }
+        let Some(mut above) = self.above.take() else { return false };
+        let merged = repaint::remerge(self, &mut above, &paint.places, linear_of_srgb);
+        self.above = merged.map(|()| above);
+        self.above.is_some()
+    }
+
+    /// Whether [`Self::repaint`] can change what is there.
+    #[must_use]
+    pub fn can_be_repainted(&self) -> bool {
+        self.above.is_some()
+    }
+
+    /// Gives a merged surfel an albedo and an accessibility.
+    pub(crate) fn put_sample(&mut self, place: usize, sample: &Sample) {
+        match &mut self.albedo {
+            Albedo::Same(_) => {}
+            Albedo::Codes(codes) => codes[place] = sample.code(),
+            Albedo::Halves(halves) => halves[place] = sample.halves(),
+        }
+        if let Some(ao) = &mut self.ao {
+            ao.put(place, sample.ao);
+        }
     }
 
     fn pad_albedo(&mut self, n: usize) {
@@ -304,6 +391,7 @@ impl Columns {
             + self.splats.bytes()
             + 4 * self.stands_for.len()
             + self.blocks.len() * size_of::<Block>()
+            + self.above.as_ref().map_or(0, Above::bytes)
     }
 
     /// The surfel that a place is, or one of those that it stands for.

@@ -33,7 +33,7 @@ mod tile;
 mod view;
 
 pub use cloud::Cloud;
-pub use columns::{Albedo, Columns, Sources, radius_drawn};
+pub use columns::{Albedo, Columns, Merging, Paint, Sources, radius_drawn};
 pub use coverage::{Coverage, Rectangle};
 pub use fields::Splats;
 pub use level_of_detail::merge::{Sample, merge_all, merge_neighbours};

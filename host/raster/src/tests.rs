@@ -4,6 +4,7 @@ use super::*;
 use glam::Mat4;
 use half::f16;
 use std::array::from_fn;
+use std::sync::Arc;
 
 /// Surfels on a sphere of radius 1 around (0, 0, -3).
 fn sphere(n: usize) -> Columns {
@@ -34,10 +35,10 @@ fn sphere_of(n: usize, round: Option<&[u8]>) -> Columns {
         ao: Some(&ao),
         materials: Some(&materials),
     };
-    let order: Vec<u32> = (0..n as u32).collect();
+    let order: Arc<Vec<u32>> = Arc::new((0..n as u32).collect());
     let halves = order.iter().map(|&i| [0, 1, 2, 3].map(|k| f16::from_f32((i * k % 255) as f32)));
     let albedo = Albedo::Halves(halves.collect());
-    Columns::new(&sources, order, albedo, Splats::default(), true, &linear(), &|_| ())
+    Columns::new(&sources, order, albedo, Splats::default(), Merging::Once, &linear(), &|_| ())
 }
 
 fn linear() -> [f32; 256] {
@@ -176,9 +177,9 @@ fn solid_and_sheet(only_sheet: bool) -> Columns {
         ao: None,
         materials: None,
     };
-    let order: Vec<u32> = (0..count as u32).collect();
+    let order = Arc::new((0..count as u32).collect());
     let albedo = Albedo::Same([0.5; 3]);
-    Columns::new(&sources, order, albedo, Splats::default(), false, &linear(), &|_| ())
+    Columns::new(&sources, order, albedo, Splats::default(), Merging::No, &linear(), &|_| ())
 }
 
 /// Invariant: what sticks out past a rim looks as the rim does, nothing vanishes, and thin sheets keep their backs
@@ -250,4 +251,65 @@ fn near_round_splats_are_bounded_and_merged_ones_cover_what_they_stand_for() {
     assert!(count(&covered(0.02, &larger)) > count(&fine) + 100);
     let parallel = view(true, 0.0);
     assert!(covered(0.02, &parallel).0 == covered(f32::INFINITY, &parallel).0);
+}
+
+/// A square of surfels in the order of a curve, with linear albedos and accessibilities.
+fn square(n: usize, merging: Merging, paint: &dyn Fn(usize) -> ([f32; 3], f32)) -> Columns {
+    // Every other bit of the number.
+    let along = |i: usize| (0..12).map(|bit| (i >> (2 * bit) & 1) << bit).sum::<usize>() as f32;
+    let positions: Vec<f32> = (0..n).flat_map(|i| [along(i), along(i >> 1), -5.0]).collect();
+    let ao: Vec<f32> = (0..n).map(|i| paint(i).1).collect();
+    let sources = Sources {
+        round: None,
+        positions: &positions,
+        normals: &[0.0, 0.0, 1.0].repeat(n),
+        radii: &vec![0.8; n],
+        tangents: None,
+        ao: Some(&ao),
+        materials: None,
+    };
+    let albedo = Albedo::Halves((0..n).map(|i| halves(paint(i).0)).collect());
+    let order = Arc::new((0..n as u32).collect());
+    Columns::new(&sources, order, albedo, Splats::default(), merging, &linear(), &|_| ())
+}
+
+fn halves([r, g, b]: [f32; 3]) -> [f16; 4] {
+    [r, g, b, 1.0].map(f16::from_f32)
+}
+
+/// Invariant: surfels that are painted, and merged ones with them, are those that were put in order with these values
+///
+/// Half a second: several parts of the tree, and levels above.
+#[test]
+fn painting_is_putting_in_order_anew() {
+    const N: usize = 400_000;
+    let before = |i: usize| ([0.2, (i % 13) as f32 / 13.0, 0.5], (i % 11) as f32 / 10.0);
+    let is_painted = |i: usize| (70_000..70_400).contains(&i) || i % 190_001 == 0;
+    let after =
+        |i: usize| if is_painted(i) { ([1.0, 0.25, (i % 5) as f32], 0.3) } else { before(i) };
+    let places: Vec<u32> = (0..N as u32).filter(|&i| is_painted(i as usize)).collect();
+    let paint = |albedo: &dyn Fn(usize) -> [f32; 3]| Paint {
+        albedo: Albedo::Halves(places.iter().map(|&i| halves(albedo(i as usize))).collect()),
+        ao: Some(places.iter().map(|&i| after(i as usize).1).collect()),
+        places: places.clone(),
+    };
+    let bytes = |columns: &Columns| {
+        let parts = [Part::Position, Part::Normal, Part::Radius, Part::Color, Part::Ao];
+        let mut all = Vec::new();
+        for place in 0..columns.n_places() {
+            parts.into_iter().for_each(|part| columns.put(part, place, &mut all));
+        }
+        all
+    };
+    for merging in [Merging::No, Merging::Repaintable] {
+        let mut columns = square(N, merging, &before);
+        let (first, made) = (bytes(&columns), bytes(&square(N, merging, &after)));
+        assert!(columns.repaint(&paint(&|i| after(i).0), &linear()), "{merging:?}");
+        assert!(bytes(&columns) == made && made != first, "{merging:?}");
+    }
+    // Where nothing is kept, or other surfels would be merged.
+    let mut columns = square(N, Merging::Once, &before);
+    assert!(!columns.repaint(&paint(&|i| after(i).0), &linear()));
+    let mut columns = square(N, Merging::Repaintable, &before);
+    assert!(!columns.repaint(&paint(&|_| [f32::NAN; 3]), &linear()));
 }

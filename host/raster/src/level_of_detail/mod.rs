@@ -12,6 +12,7 @@
 
 pub(crate) mod block;
 pub(crate) mod merge;
+pub(crate) mod repaint;
 
 use crate::columns::{Columns, Shape};
 use crate::lanes::WIDTH;
@@ -35,6 +36,19 @@ const AT_A_TIME: usize = 2;
 pub(crate) struct Tree {
     pub(crate) blocks: Vec<Block>,
     pub(crate) roots: Range<usize>,
+    pub(crate) above: Above,
+}
+
+/// The levels of blocks above the parts, with what they are merged of.
+#[derive(Default)]
+pub(crate) struct Above {
+    /// Smallest blocks of a part, and its levels of blocks.
+    per_part: usize,
+    n_levels: u32,
+    /// First block of each part.
+    parts: Vec<usize>,
+    /// From the blocks that are above a part each up to the one above all: the first block of the level, and its nodes.
+    levels: Vec<(usize, Vec<Node>)>,
 }
 
 /// A block being made.
@@ -53,26 +67,26 @@ struct Part {
     top: Node,
 }
 
-/// Makes blocks, and where there are to be `merged` surfels appends these to the columns: they take memory and time.
+/// Makes blocks, and where surfels are to be merged appends merged ones to the columns: they take memory and time.
 /// `report` hears how far it is, in [0, 1].
 pub(crate) fn tree(
     columns: &mut Columns,
-    merged: bool,
+    merges: bool,
     linear_of_srgb: &[f32; 256],
     report: &(dyn Fn(f32) + Sync),
 ) -> Tree {
     let n = columns.len();
-    let merges = merged && matches!(columns.shape, Shape::Radius(_));
     let n_leaves = n.div_ceil(BLOCK);
     if n_leaves <= 1 {
         let leaf = (n > 0).then(|| leaf(columns, 0..n, merges, linear_of_srgb).block);
         let blocks: Vec<Block> = leaf.into_iter().collect();
-        return Tree { roots: 0..blocks.len(), blocks };
+        return Tree { roots: 0..blocks.len(), blocks, above: Above::default() };
     }
     let n_levels = (1..=TOGETHER).find(|&k| BRANCH.pow(k) >= n_leaves).unwrap_or(TOGETHER);
     let per_part = BRANCH.pow(n_levels);
     let firsts: Vec<usize> = (0..n_leaves).step_by(per_part).collect();
-    let mut tree = Tree { blocks: Vec::new(), roots: 0..0 };
+    let above = Above { per_part, n_levels, ..Above::default() };
+    let mut tree = Tree { blocks: Vec::new(), roots: 0..0, above };
     let mut level: Vec<Node> = Vec::with_capacity(firsts.len());
     for firsts in firsts.chunks(AT_A_TIME * rayon::current_num_threads()) {
         let made = |&first: &usize| {
@@ -82,6 +96,7 @@ pub(crate) fn tree(
         let parts: Vec<Part> = firsts.par_iter().map(made).collect();
         for mut part in parts {
             let base = tree.blocks.len();
+            tree.above.parts.push(base);
             for (number, samples) in part.merged {
                 part.blocks[number].first = columns.push(&samples);
             }
@@ -105,11 +120,15 @@ pub(crate) fn tree(
         let first = tree.blocks.len();
         tree.blocks.extend(level.iter().map(|node| node.block));
         tree.roots = first..tree.blocks.len();
-        if level.len() == 1 {
+        let join = |(i, nodes): (usize, &[Node])| joined(nodes, places(first, i, level.len()));
+        let larger = match level.len() {
+            1 => Vec::new(),
+            _ => level.par_chunks(BRANCH).enumerate().map(join).collect(),
+        };
+        tree.above.levels.push((first, std::mem::replace(&mut level, larger)));
+        if level.is_empty() {
             return tree;
         }
-        let join = |(i, nodes): (usize, &[Node])| joined(nodes, places(first, i, level.len()));
-        level = level.par_chunks(BRANCH).enumerate().map(join).collect();
     }
 }
 

@@ -161,6 +161,12 @@ impl Engine {
         self.columns.keep_whole_from(n_surfels);
     }
 
+    /// Has what clouds are drawn from kept together with what painted ones are made of: 4 bytes a surfel, and a few for
+    /// merged ones. Without it a change of one surfel's colour puts all in order anew.
+    pub fn expect_edits(&mut self, expects: bool) {
+        self.columns.expects_edits = expects;
+    }
+
     /// Has surfels that are seen from behind drawn with [`crate::BACK_ALBEDO`], which shows where their normals
     /// face: not in what a renderer draws itself. At first all have their own.
     pub fn tint_backs(&mut self, tints: bool) {

@@ -22,8 +22,7 @@ pub struct PreparedColumns {
 
 impl Engine {
     /// Whether clouds can be drawn without putting their surfels in order first.
-    #[must_use]
-    pub fn holds(&self, clouds: &[CloudView<'_>]) -> bool {
+    pub fn holds(&mut self, clouds: &[CloudView<'_>]) -> bool {
         let on_host = self.surfels.on_host(&self.gpu);
         clouds.iter().all(|cloud| self.columns.holds(cloud, on_host))
     }

@@ -52,9 +52,9 @@ impl CloudUpload {
     pub(super) fn substitute(
         &mut self,
         request: &ViewRequest,
-        engine: &Engine,
+        engine: &mut Engine,
     ) -> Result<Option<(ViewRequest, u32)>, CloudError> {
-        let is_missing = |cloud: &Cloud| {
+        let mut is_missing = |cloud: &Cloud| {
             let refused = || self.refused.contains(&key(cloud));
             cloud.len() >= LARGE && !engine.holds(&[cloud.view()]) && !refused()
         };

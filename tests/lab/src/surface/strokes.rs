@@ -79,6 +79,8 @@ fn measure(n: usize, surfels: SurfelDrawing) -> Result<()> {
     let brush = stage::built_unit("surfelshop_brush", UnitKind::Tool, "brush");
     let options = EngineOptions { surfels, ..EngineOptions::default() };
     let mut engine = stage::engine_with(&GpuOptions::default(), &options);
+    // As in the window.
+    engine.expect_edits(true);
     let mut renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
     let scene = Scene::default();
     let mut frame = |cloud: &Cloud, step: usize| -> Result<(f64, u32, u64)> {

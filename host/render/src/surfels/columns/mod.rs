@@ -3,6 +3,7 @@
 pub(crate) mod arranging;
 pub(crate) mod demand;
 pub(crate) mod elements;
+pub(crate) mod kept_order;
 pub(crate) mod order;
 pub(crate) mod patch;
 pub(crate) mod radii;
@@ -11,13 +12,15 @@ pub(crate) mod usage;
 
 use crate::surfels::columns::demand::{ColumnDemand, DemandHistory, KEPT_FRAMES};
 use crate::surfels::columns::elements::{clips_of, cuts, drawn_generation, fields_of};
-use crate::surfels::columns::order::{TIE_BREAKERS, drawing_order};
+use crate::surfels::columns::kept_order::{Order, ordered_by};
+use crate::surfels::columns::order::drawing_order;
 use crate::surfels::columns::radii::Radii;
 use crate::surfels::cpu::columns::{OnHost, columns_drawn};
 use crate::surfels::render_cloud::ChunkBuffers;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hasher as _};
+use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView};
 
 /// Bytes of the widest element drawn from a storage buffer: three floats.
@@ -35,20 +38,6 @@ pub(crate) struct Uploaded {
     pub(crate) last_used: u64,
 }
 
-/// The order a cloud is drawn in. The indices themselves are made again when a column is uploaded:
-/// they take as much memory as a column, and are rarely needed twice.
-struct Order {
-    /// Generations of the columns it follows from.
-    of: Vec<u64>,
-    /// Equal for equal orders.
-    serial: u32,
-    /// Surfels that are not cut, which come first.
-    n_whole: u32,
-    /// Hash of the indices, and of what divides them into chunks.
-    hash: u64,
-    last_used: u64,
-}
-
 /// All columns on the device, by their generation, the order they are drawn in and what they are
 /// drawn as.
 pub(crate) struct Columns {
@@ -56,11 +45,13 @@ pub(crate) struct Columns {
     pub(crate) queue: wgpu::Queue,
     pub(crate) uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
     pub(crate) on_host: Vec<OnHost>,
-    orders: Vec<Order>,
+    pub(crate) orders: Vec<Order>,
     pub(crate) radii: Radii,
     wishes: DemandHistory,
     /// Clouds of so many surfels and more have all their columns.
     whole_from: usize,
+    /// Whether what changed columns are made of is kept.
+    pub(crate) expects_edits: bool,
     /// Serial numbers given away.
     pub(crate) n_orders: u32,
     pub(crate) chunk_len: u32,
@@ -89,6 +80,7 @@ impl Columns {
             radii: Radii::default(),
             wishes: DemandHistory::default(),
             whole_from: usize::MAX,
+            expects_edits: false,
             n_orders: 0,
             chunk_len: chunk_len.clamp(1, fits.max(1)),
             frame: 0,
@@ -104,6 +96,7 @@ impl Columns {
         other.wishes = self.wishes.clone();
         other.frame = self.frame;
         other.whole_from = self.whole_from;
+        other.expects_edits = self.expects_edits;
         other.radii.are_columns = self.radii.are_columns;
         other
     }
@@ -135,16 +128,24 @@ impl Columns {
     }
 
     /// Whether a cloud's surfels are in order with all that is drawn of them, in memory where the
-    /// processor draws.
-    pub(crate) fn holds(&self, cloud: &CloudView<'_>, on_host: bool) -> bool {
+    /// processor draws; or are as soon as what changed is put to what is there.
+    pub(crate) fn holds(&mut self, cloud: &CloudView<'_>, on_host: bool) -> bool {
         // What cannot be drawn has nothing to be put in order.
         let Some(drawn) = columns_drawn(cloud, self.wanted_of(cloud.len)) else { return true };
-        if on_host {
-            return self.on_host.iter().any(|known| known.has(&drawn, cloud));
+        if on_host && self.on_host.iter().any(|known| known.has(&drawn, cloud)) {
+            return true;
         }
-        drawn.iter().all(|(name, drawn)| {
-            let is_there = self.uploaded.keys().any(|(own, ..)| own == drawn);
-            is_there || *name == columns::RADIUS && self.radii.in_a_constant(*drawn)
+        let known = self.known_order(cloud).map(|order| order.serial);
+        let next = self.frame + 1;
+        if on_host {
+            return known.is_some_and(|order| self.paintable(cloud, &drawn, order, next).is_some());
+        }
+        drawn.iter().all(|(name, generation)| {
+            let is_there = self.uploaded.keys().any(|(own, ..)| own == generation);
+            let patched = |order| self.predecessor((*generation, order, *name), cloud.len, next);
+            is_there
+                || *name == columns::RADIUS && self.radii.in_a_constant(*generation)
+                || known.is_some_and(|order| patched(order).is_some())
         })
     }
 
@@ -194,7 +195,13 @@ impl Columns {
 
     /// Bytes of columns in memory, as the CPU draws them.
     pub(crate) fn host_bytes(&self) -> u64 {
-        self.on_host.iter().map(|cloud| cloud.columns.bytes() as u64).sum()
+        // Orders of clouds that differ in attributes are one.
+        let mut orders: Vec<&Arc<Vec<u32>>> =
+            self.orders.iter().filter_map(|order| order.indices.as_ref()).collect();
+        orders.sort_by_key(|order| Arc::as_ptr(order));
+        orders.dedup_by(|a, b| Arc::ptr_eq(a, b));
+        let kept: usize = orders.iter().map(|order| size_of_val(order.as_slice())).sum();
+        self.on_host.iter().map(|cloud| cloud.columns.bytes() as u64).sum::<u64>() + kept as u64
     }
 
     /// Drops what has not been drawn or read for a while; called once a frame, with what that reads.
@@ -222,23 +229,36 @@ impl Columns {
         self.orders.retain(|order| order.last_used >= oldest);
     }
 
+    /// The order of a cloud, where it is known or follows from a known one.
+    fn known_order(&mut self, cloud: &CloudView<'_>) -> Option<&Order> {
+        let of = ordered_by(cloud);
+        let at = match self.orders.iter().position(|order| order.of == of) {
+            Some(at) => at,
+            None => {
+                let order = self.order_as_before(cloud, &of)?;
+                self.orders.push(order);
+                self.orders.len() - 1
+            }
+        };
+        let known = &mut self.orders[at];
+        known.last_used = self.frame;
+        Some(known)
+    }
+
     /// The serial number of the order a cloud is drawn in, how many of its surfels are not cut, and the
     /// order itself where it had to be made to know.
-    pub(crate) fn order(&mut self, cloud: &CloudView<'_>) -> (u32, u32, OnceCell<Vec<u32>>) {
-        let names = [columns::POSITION].into_iter().chain(TIE_BREAKERS);
-        let of: Vec<u64> =
-            names.filter_map(|name| cloud.column(name)).map(|column| column.generation).collect();
-        let last_used = self.frame;
-        if let Some(known) = self.orders.iter_mut().find(|order| order.of == of) {
-            known.last_used = last_used;
-            return (known.serial, known.n_whole, OnceCell::new());
+    pub(crate) fn order(&mut self, cloud: &CloudView<'_>) -> (u32, u32, OnceCell<Arc<Vec<u32>>>) {
+        if let Some(known) = self.known_order(cloud) {
+            let indices = known.indices.clone().map(OnceCell::from).unwrap_or_default();
+            return (known.serial, known.n_whole, indices);
         }
-        let indices = drawing_order(cloud);
+        let (of, last_used) = (ordered_by(cloud), self.frame);
+        let indices = Arc::new(drawing_order(cloud));
         let clips = clips_of(cloud);
         let is_whole = |&i: &u32| !clips.is_some_and(|clips| cuts(&clips[i as usize]));
         let n_whole = indices.partition_point(is_whole) as u32;
         let mut hasher = DefaultHasher::new();
-        hasher.write(bytemuck::cast_slice(&indices));
+        hasher.write(bytemuck::cast_slice(&indices[..]));
         hasher.write_u32(n_whole);
         hasher.write_u64(widest_of(cloud));
         let hash = hasher.finish();
@@ -246,7 +266,8 @@ impl Columns {
         let equal = self.orders.iter().find(|order| order.hash == hash).map(|order| order.serial);
         let serial = equal.unwrap_or(self.n_orders + 1);
         self.n_orders = self.n_orders.max(serial);
-        self.orders.push(Order { of, serial, n_whole, hash, last_used });
+        let kept = self.expects_edits.then(|| Arc::clone(&indices));
+        self.orders.push(Order { of, serial, n_whole, hash, indices: kept, last_used });
         (serial, n_whole, OnceCell::from(indices))
     }
 }

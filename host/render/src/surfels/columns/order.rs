@@ -8,7 +8,7 @@
 use crate::surfels::columns::elements::{clips_of, cuts};
 use rayon::prelude::*;
 use std::cmp::Ordering;
-use surfelshop_api::columns::{self, CloudView, Values};
+use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 
 /// Bits of the curve's position per axis; three times as many fit into 64.
 const BITS: u32 = 21;
@@ -44,20 +44,51 @@ pub(crate) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
     };
     let n = u32::try_from(positions.len() / 3).unwrap_or(u32::MAX);
     let mut keyed: Vec<Keyed> = (0..n).into_par_iter().map(|i| (code(i), i)).collect();
-    let attributes: Vec<_> = TIE_BREAKERS.iter().filter_map(|name| cloud.column(name)).collect();
+    let attributes = attributes_of(cloud);
     let compare_all = |a: &Keyed, b: &Keyed| {
-        a.0.cmp(&b.0).then_with(|| {
-            compare(at(a.1), at(b.1)).then_with(|| {
-                let mut columns = attributes.iter().map(|column| {
-                    compare_values(&column.values, column.components as usize, a.1, b.1)
-                });
-                columns.find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
-            })
-        })
+        let by_place = || compare(at(a.1), at(b.1));
+        a.0.cmp(&b.0).then_with(by_place).then_with(|| compare_attributes(&attributes, a.1, b.1))
     };
     let sort = |bucket: &mut [Keyed]| bucket.par_sort_unstable_by(compare_all);
     buckets(&mut keyed).into_par_iter().for_each(sort);
     keyed.into_par_iter().map(|(_, i)| i).collect()
+}
+
+/// Columns that decide between a cloud's surfels at one place.
+fn attributes_of<'a>(cloud: &'a CloudView<'a>) -> Vec<&'a ColumnView<'a>> {
+    TIE_BREAKERS.iter().filter_map(|name| cloud.column(name)).collect()
+}
+
+fn compare_attributes(attributes: &[&ColumnView<'_>], a: u32, b: u32) -> Ordering {
+    let by_column =
+        |column: &&ColumnView<'_>| compare_values(&column.values, column.components as usize, a, b);
+    attributes.iter().map(by_column).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+}
+
+/// Whether surfels at these places of an order are still in order where others are at the same position; the first
+/// `n_whole` of all are not cut.
+pub(crate) fn attributes_in_order(
+    cloud: &CloudView<'_>,
+    order: &[u32],
+    places: &[u32],
+    n_whole: u32,
+) -> bool {
+    let Some(positions) = cloud.floats(columns::POSITION, 3) else { return false };
+    let at = |i: u32| positions.get(3 * i as usize..3 * i as usize + 3).unwrap_or_default();
+    let attributes = attributes_of(cloud);
+    // Those that are cut are ordered by themselves.
+    let is_before =
+        |place: u32, next: u32| match (order.get(place as usize), order.get(next as usize)) {
+            (Some(&a), Some(&b)) if next != n_whole => {
+                compare(at(a), at(b)).is_ne() || compare_attributes(&attributes, a, b).is_le()
+            }
+            _ => true,
+        };
+    let is_in_order = |&place: &u32| {
+        is_before(place, place + 1)
+            && place.checked_sub(1).is_none_or(|last| is_before(last, place))
+    };
+    places.par_iter().all(is_in_order)
 }
 
 /// A surfel's code and its number.
@@ -163,7 +194,6 @@ fn compare_values(values: &Values<'_>, components: usize, a: u32, b: u32) -> Ord
 #[cfg(test)]
 mod tests {
     use super::*;
-    use surfelshop_api::ColumnView;
 
     #[test]
     fn bits_are_spread_by_three() {

@@ -1,6 +1,7 @@
 //! Columns that differ in some surfels from one that is on the device: these surfels alone are sent.
 
 use crate::surfels::columns::Columns;
+use rayon::prelude::*;
 use surfelshop_cloud::changed_rows;
 
 /// What a column on the device is found by: its generation, the order it is in, and what it is drawn as.
@@ -10,7 +11,7 @@ pub(crate) type ColumnKey = (u64, u32, &'static str);
 const SHARE: usize = 4;
 
 /// Surfels between two that differ that are sent along: a write of their own costs more.
-const GAP: usize = 16;
+const GAP: u32 = 16;
 
 /// A column on the device, and the surfels in which another one differs from it.
 pub(crate) struct Predecessor {
@@ -27,10 +28,35 @@ pub(crate) struct PatchSource<'a> {
     pub(crate) largest: f32,
 }
 
+/// Whether so few surfels differ that they are changed one by one.
+pub(crate) fn few(n_changed: usize, n_surfels: usize) -> bool {
+    n_changed.saturating_mul(SHARE) <= n_surfels
+}
+
+/// Places of some surfels in an order, ascending.
+pub(crate) fn places_of(rows: &[u32], order: &[u32]) -> Vec<u32> {
+    // A bit each: what is looked up for every surfel stays in the caches.
+    let mut differs = vec![0u64; order.len().div_ceil(64)];
+    for row in rows {
+        if let Some(bits) = differs.get_mut(*row as usize / 64) {
+            *bits |= 1 << (row % 64);
+        }
+    }
+    let differs =
+        |row: u32| differs.get(row as usize / 64).is_some_and(|bits| bits >> (row % 64) & 1 == 1);
+    let place = |(place, row): (usize, &u32)| differs(*row).then_some(place as u32);
+    order.par_iter().enumerate().filter_map(place).collect()
+}
+
 impl Columns {
     /// The column on the device that a column which is not there differs least from; none where there is no such, or
-    /// it is drawn in this frame.
-    pub(crate) fn predecessor(&self, wanted: ColumnKey, n_surfels: usize) -> Option<Predecessor> {
+    /// it was drawn in this frame or later.
+    pub(crate) fn predecessor(
+        &self,
+        wanted: ColumnKey,
+        n_surfels: usize,
+        frame: u64,
+    ) -> Option<Predecessor> {
         let (generation, order, variable) = wanted;
         if self.uploaded.contains_key(&wanted) {
             return None;
@@ -39,39 +65,31 @@ impl Columns {
             *own_order == order
                 && *own_variable == variable
                 && column.n_surfels == n_surfels
-                && column.last_used < self.frame
+                && column.last_used < frame
         });
         let with_rows = known.filter_map(|(key, _)| {
             Some(Predecessor { key: *key, rows: changed_rows(key.0, generation)? })
         });
         let least = with_rows.min_by_key(|known| known.rows.len())?;
-        (least.rows.len().saturating_mul(SHARE) <= n_surfels).then_some(least)
+        few(least.rows.len(), n_surfels).then_some(least)
     }
 
     /// Makes another column of one on the device. The other is gone then.
     pub(crate) fn patch(&mut self, of: Predecessor, wanted: ColumnKey, source: &PatchSource<'_>) {
         let Some(mut column) = self.uploaded.remove(&of.key) else { return };
-        let mut differs = vec![false; source.order.len()];
-        for row in of.rows {
-            if let Some(differs) = differs.get_mut(row as usize) {
-                *differs = true;
-            }
-        }
-        let of_order = source.order.iter().enumerate();
-        let places: Vec<usize> =
-            of_order.filter(|(_, row)| differs[**row as usize]).map(|(place, _)| place).collect();
+        let places = places_of(&of.rows, source.order);
         let mut bytes = Vec::new();
         for (buffer, &(first, len)) in column.buffers.iter().zip(source.chunks) {
-            let (first, end) = (first as usize, (first + len) as usize);
             let own = places.partition_point(|place| *place < first)
-                ..places.partition_point(|place| *place < end);
+                ..places.partition_point(|place| *place < first + len);
             for run in places[own].chunk_by(|a, b| b - a <= GAP) {
                 let [Some(start), Some(last)] = [run.first(), run.last()] else { continue };
                 bytes.clear();
                 for place in *start..=*last {
-                    (source.encode)(source.order[place] as usize, &mut bytes);
+                    (source.encode)(source.order[place as usize] as usize, &mut bytes);
                 }
-                self.queue.write_buffer(buffer, ((start - first) * source.stride) as u64, &bytes);
+                let offset = u64::from(start - first) * source.stride as u64;
+                self.queue.write_buffer(buffer, offset, &bytes);
                 self.sent_bytes += bytes.len() as u64;
             }
         }

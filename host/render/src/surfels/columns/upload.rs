@@ -27,7 +27,7 @@ struct Arriving<'a> {
     cloud: &'a CloudView<'a>,
     order_serial: u32,
     /// Indices of the surfels in drawing order, once a column needs them.
-    order: OnceCell<Vec<u32>>,
+    order: OnceCell<Arc<Vec<u32>>>,
     drawn: DrawnCloud,
 }
 
@@ -234,9 +234,9 @@ impl Columns {
         // Merged surfels follow from many, and those that are cut lie in other chunks.
         if merged.is_none()
             && variable != columns::CLIP
-            && let Some(known) = self.predecessor(key, arriving.cloud.len)
+            && let Some(known) = self.predecessor(key, arriving.cloud.len, frame)
         {
-            let order = arriving.order.get_or_init(|| drawing_order(arriving.cloud));
+            let order = arriving.order.get_or_init(|| Arc::new(drawing_order(arriving.cloud)));
             let stride = usize::try_from(stride).unwrap_or(usize::MAX);
             let source = PatchSource { order, encode, stride, chunks: &chunks, largest };
             self.patch(known, key, &source);
@@ -246,7 +246,7 @@ impl Columns {
         let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
             *sent_bytes += n_places as u64 * stride;
-            let order = || arriving.order.get_or_init(|| drawing_order(arriving.cloud));
+            let order = || arriving.order.get_or_init(|| Arc::new(drawing_order(arriving.cloud)));
             let put: &dyn Fn(usize, &mut Vec<u8>) = match &merged {
                 Some(merged) => {
                     let part = part_of(variable);

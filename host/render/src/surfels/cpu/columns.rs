@@ -15,7 +15,7 @@ use crate::surfels::render_cloud::DrawnCloud;
 use rayon::prelude::*;
 use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
-use surfelshop_raster::{Albedo, Sources, Splats};
+use surfelshop_raster::{Albedo, Merging, Sources, Splats};
 
 /// A cloud in memory.
 pub(crate) struct OnHost {
@@ -67,13 +67,13 @@ impl OnHost {
 }
 
 /// What a cloud is drawn with.
-struct Drawn<'a> {
-    sources: Sources<'a>,
+pub(crate) struct Drawn<'a> {
+    pub(crate) sources: Sources<'a>,
     fields: Option<&'a [[f32; 4]]>,
     clips: Option<&'a [[f32; 7]]>,
     color: Option<&'a ColumnView<'a>>,
     /// Names and generations of the columns.
-    columns: Vec<(&'static str, u64)>,
+    pub(crate) columns: Vec<(&'static str, u64)>,
 }
 
 /// Names and generations of the columns a cloud is drawn with; `None` where it cannot be drawn.
@@ -155,7 +155,7 @@ impl<'a> Drawn<'a> {
     }
 
     /// Albedos in this order, as they are stored on the device.
-    fn albedo(&self, order: &[u32]) -> Albedo {
+    pub(crate) fn albedo(&self, order: &[u32]) -> Albedo {
         let Some(column) = self.color else { return Albedo::Same(columns::NEUTRAL_ALBEDO) };
         let encoded = |bytes: &mut Vec<u8>, i: &u32| {
             bytes.clear();
@@ -232,11 +232,15 @@ impl Columns {
                 && (known.merged || !merged)
         };
         let at = match self.on_host.iter().position(is_it) {
+            Some(at) => Some(at),
+            None => self.painted(cloud, &drawn, order_serial, merged, order.get()),
+        };
+        let at = match at {
             Some(at) => at,
             None => {
                 self.uploads += 1;
                 self.let_go_of_older(order_serial, &drawn.columns);
-                let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
+                let order = order.into_inner().unwrap_or_else(|| Arc::new(drawing_order(cloud)));
                 if !tell(ORDERED) {
                     return Err(RenderError::Cloud(STOPPED.to_owned()));
                 }
@@ -245,7 +249,12 @@ impl Columns {
                     tell(ORDERED + (1.0 - ORDERED) * fraction);
                 };
                 let splats = drawn.splats(&order, n_whole);
-                let columns = columns_of(&drawn.sources, order, albedo, splats, merged, &told);
+                let merging = match (merged, self.expects_edits) {
+                    (false, _) => Merging::No,
+                    (true, false) => Merging::Once,
+                    (true, true) => Merging::Repaintable,
+                };
+                let columns = columns_of(&drawn.sources, order, albedo, splats, merging, &told);
                 self.n_orders += 1;
                 self.on_host.push(OnHost {
                     drawn: drawn.columns.clone(),

@@ -2,6 +2,7 @@
 //! rasteriser takes.
 
 pub(crate) mod columns;
+pub(crate) mod paint;
 
 use crate::graph::{PassState, Recorder};
 use crate::stages::Stages;
@@ -11,7 +12,7 @@ use std::sync::{Arc, LazyLock};
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::params::srgb_to_linear;
 use surfelshop_raster::{
-    Albedo, Cloud, Columns, Mode, Parts, Picture, Sources, Spent, Splats, draw,
+    Albedo, Cloud, Columns, Merging, Mode, Parts, Picture, Sources, Spent, Splats, draw,
 };
 
 /// What the pass is called.
@@ -85,20 +86,19 @@ fn tell(stages: &Stages, spent: &Spent) {
 }
 
 /// Linear values of all 8-bit codes.
-static LINEAR_OF_SRGB: LazyLock<[f32; 256]> =
+pub(crate) static LINEAR_OF_SRGB: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|code| srgb_to_linear(code as f32 / 255.0)));
 
-/// Columns of a cloud in drawing order, with surfels that stand for several where there are to be
-/// `merged` ones.
+/// Columns of a cloud in drawing order.
 pub(crate) fn columns(
     sources: &Sources<'_>,
-    order: Vec<u32>,
+    order: Arc<Vec<u32>>,
     albedo: Albedo,
     splats: Splats,
-    merged: bool,
+    merging: Merging,
     tell: &(dyn Fn(f32) + Sync),
 ) -> Columns {
-    Columns::new(sources, order, albedo, splats, merged, &LINEAR_OF_SRGB, tell)
+    Columns::new(sources, order, albedo, splats, merging, &LINEAR_OF_SRGB, tell)
 }
 
 /// The clouds that are in memory.

@@ -71,7 +71,7 @@ impl RenderWorker {
         }
         let was_running = self.upload.is_running();
         let subset =
-            self.upload.substitute(&request, &self.session.engine).unwrap_or_else(|error| {
+            self.upload.substitute(&request, &mut self.session.engine).unwrap_or_else(|error| {
                 self.events.send(RenderEvent::Message(error.to_string()));
                 None
             });

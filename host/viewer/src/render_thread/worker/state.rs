@@ -110,6 +110,7 @@ fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<Rende
     let device = DeviceArguments { small_blocks: true, ..device.clone() };
     let mut session = RenderSession::open(&device, plugins)?;
     session.engine.keep_whole_from(LARGE);
+    session.engine.expect_edits(true);
     // The pointer reads what is seen, whoever drew it.
     session.engine.show_whole_depths(true);
     Ok(session)

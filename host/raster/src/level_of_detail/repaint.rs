@@ -1,0 +1,123 @@
+//! Albedos and accessibilities of merged surfels, made anew where those of the cloud's surfels changed.
+//!
+//! Which surfels are merged does not depend on what they are painted with, so that merged ones keep their places. Parts
+//! of the tree in which something changed are merged again, and the blocks above them; what comes out is compared with
+//! what is there, since numbers that end are not merged.
+
+use super::block::Block;
+use super::merge::Sample;
+use super::{Above, BLOCK, BRANCH, Node, joined, part, places};
+use crate::columns::Columns;
+use crate::lanes::WIDTH;
+use rayon::prelude::*;
+
+/// One sample of so many surfels is kept at most, for painting: a cloud whose surfels lie apart is merged of all of them.
+const KEPT: usize = 8;
+
+/// A part of the tree or a block above, made again: the number of the block, and what it is made of.
+type Remade = (usize, Node);
+
+impl Above {
+    /// Bytes in memory.
+    pub(crate) fn bytes(&self) -> usize {
+        let nodes = self.levels.iter().map(|(_, nodes)| nodes.len()).sum::<usize>();
+        self.n_samples() * size_of::<Sample>() + nodes * size_of::<Node>()
+    }
+
+    fn n_samples(&self) -> usize {
+        self.levels.iter().flat_map(|(_, nodes)| nodes).map(|node| node.samples.len()).sum()
+    }
+
+    /// Itself where it takes little beside so many surfels.
+    pub(crate) fn if_small(self, n_surfels: usize) -> Option<Self> {
+        (self.n_samples() <= n_surfels / KEPT).then_some(self)
+    }
+}
+
+/// Makes merged surfels anew that stand for surfels at these places, in ascending order. `None` where others would be
+/// merged than are: then all columns are to be made anew.
+pub(crate) fn remerge(
+    columns: &mut Columns,
+    above: &mut Above,
+    changed: &[u32],
+    linear_of_srgb: &[f32; 256],
+) -> Option<()> {
+    let n_leaves = columns.len().div_ceil(BLOCK);
+    let mut level: Vec<usize> = changed.iter().map(|place| *place as usize / BLOCK).collect();
+    level.iter_mut().for_each(|leaf| *leaf /= above.per_part.max(1));
+    level.dedup();
+    if above.levels.is_empty() {
+        return Some(());
+    }
+    // As many at a time as threads take: what parts are merged of needs memory.
+    for numbers in level.chunks(rayon::current_num_threads()) {
+        let made = |&number: &usize| {
+            let first = number * above.per_part;
+            let leaves = first..(first + above.per_part).min(n_leaves);
+            (number, part(columns, leaves, above.n_levels, true, linear_of_srgb))
+        };
+        let made: Vec<_> = numbers.par_iter().map(made).collect();
+        for (number, part) in made {
+            let base = *above.parts.get(number)?;
+            let known = columns.blocks.get(base..base + part.blocks.len())?;
+            let is_same = |(known, made): (&Block, &Block)| known.count == made.count;
+            if !known.iter().zip(&part.blocks).all(is_same) {
+                return None;
+            }
+            for (block, samples) in part.merged {
+                columns.repaint_merged(base + block, &samples)?;
+            }
+            above.put(columns, 0, (number, part.top))?;
+        }
+    }
+    for k in 1..above.levels.len() {
+        level.iter_mut().for_each(|number| *number /= BRANCH);
+        level.dedup();
+        let (first, parts) = &above.levels[k - 1];
+        let join = |&number: &usize| {
+            let own = BRANCH * number..(BRANCH * (number + 1)).min(parts.len());
+            Some((number, joined(parts.get(own)?, places(*first, number, parts.len()))))
+        };
+        let made: Option<Vec<Remade>> = level.par_iter().map(join).collect();
+        made?.into_iter().try_for_each(|made| above.put(columns, k, made))?;
+    }
+    Some(())
+}
+
+impl Above {
+    /// Puts a node into a level in the place of one that has the same merged surfels.
+    fn put(&mut self, columns: &mut Columns, level: usize, (number, node): Remade) -> Option<()> {
+        let (first, nodes) = self.levels.get_mut(level)?;
+        let known = nodes.get_mut(number)?;
+        if known.block.count != node.block.count || known.samples.len() != node.samples.len() {
+            return None;
+        }
+        if node.block.count > 0 {
+            columns.repaint_merged(*first + number, &node.samples)?;
+        }
+        known.samples = node.samples;
+        Some(())
+    }
+}
+
+impl Columns {
+    /// Gives the merged surfels of a block the albedos and accessibilities of these samples; `None` where they are
+    /// others.
+    fn repaint_merged(&mut self, block: usize, samples: &[Sample]) -> Option<()> {
+        let block = self.blocks.get(block)?;
+        if block.count != samples.len().div_ceil(WIDTH) {
+            return None;
+        }
+        let first = block.first * WIDTH;
+        for (place, sample) in (first..).zip(samples) {
+            let bits = |v: [f32; 3]| v.map(f32::to_bits);
+            let is_same = self.surfel_at(place) == sample.stands_for
+                && bits(self.positions.one(place)) == bits(sample.position);
+            if !is_same {
+                return None;
+            }
+            self.put_sample(place, sample);
+        }
+        Some(())
+    }
+}
