@@ -4,5 +4,6 @@
 #![allow(clippy::print_stdout, reason = "figures are part of what tests say")]
 
 mod cli;
+mod session;
 mod third_party;
 mod window;

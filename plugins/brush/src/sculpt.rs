@@ -6,7 +6,7 @@
 //!
 //! Method. A surfel of weight w moves by w times the height along its normal, out or in. Its normal n becomes that of
 //! the moved surface as far as the surfels around it tell: it is turned against the slope of the weights along the
-//! stroke, which is found from the nearest sample, n' = n + h |w'| t, where t points from that sample to the surfel
+//! stroke, which is found from the nearest place on it, n' = n + h |w'| t, where t points from that place to the surfel
 //! within the surface and w' is the slope of the falloff.
 //!
 //! Limits: surfels that are pulled apart stay as large as they are; go over it with less height, or estimate radii
@@ -15,6 +15,7 @@
 use surfelshop_api::columns::{NORMAL, POSITION};
 use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::prelude::*;
+use surfelshop_api::{Stroke, StrokeSample};
 
 params! {
     /// Settings of `inflate` and `carve`.
@@ -87,11 +88,23 @@ fn raise(cloud: &CloudView<'_>, height: f32, job: &Job<'_>) -> Result<()> {
     job.edit(&Edit::Columns(columns.into()))
 }
 
-/// How fast the weight falls at a place, in radii: along the surface, away from the nearest sample.
-fn slope(stroke: &surfelshop_api::Stroke, place: DVec3, normal: Vec3) -> Vec3 {
-    let away = stroke.samples.iter().map(|sample| place - sample.place);
-    let away = away.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    let away = away.unwrap_or_default() / stroke.radius;
+/// From the nearest place on a line between samples to a place.
+fn away(stroke: &Stroke, place: DVec3) -> DVec3 {
+    let from_line = |ends: &[StrokeSample]| {
+        let (from, along) = (place - ends[0].place, ends[1].place - ends[0].place);
+        let share = from.dot(along) / along.length_squared();
+        // Of samples at one place there is no share.
+        from - along * if share > 0.0 { share.min(1.0) } else { 0.0 }
+    };
+    let first = stroke.samples.first().map(|sample| place - sample.place);
+    let all = first.into_iter().chain(stroke.samples.windows(2).map(from_line));
+    let nearest = all.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    nearest.unwrap_or_default()
+}
+
+/// How fast the weight falls at a place, in radii: along the surface, away from the stroke.
+pub(crate) fn slope(stroke: &Stroke, place: DVec3, normal: Vec3) -> Vec3 {
+    let away = away(stroke, place) / stroke.radius;
     let share = away.length();
     /// Of a radius: where the slope is measured.
     const STEP: f64 = 1e-3;

@@ -108,3 +108,21 @@ fn sculpting_moves_along_normals_and_turns_them_off_the_slope() {
     assert_eq!(into, [-0.5, -1.0, -1.5, -2.0]);
     assert!(normals[0] < -0.1);
 }
+
+/// A hand that is led fast leaves few samples: what it makes has no bulges at them.
+#[test]
+fn slopes_are_those_of_the_line_between_samples() {
+    let stroke = |n: u32| {
+        let place = |i: u32| DVec3::new(4.0 * f64::from(i) / f64::from(n - 1) - 2.0, 0.0, 0.0);
+        let sample =
+            |i| StrokeSample { place: place(i), normal: Vec3::Y, time: 0.0, pressure: 1.0 };
+        Stroke { radius: 1.0, dabs: Dabs::USUAL, samples: (0..n).map(sample).collect() }
+    };
+    for place in [DVec3::new(0.0, 0.0, 0.5), DVec3::new(1.3, 0.0, -0.4), DVec3::new(2.5, 0.0, 0.3)]
+    {
+        let [few, many] = [2, 1001].map(|n| sculpt::slope(&stroke(n), place, Vec3::Y));
+        assert!(few.length() > 0.5 && few.distance(many) < 0.01, "{place}: {few} {many}");
+    }
+    let still = Stroke { samples: vec![stroke(2).samples[0]; 3], ..stroke(2) };
+    assert!(sculpt::slope(&still, DVec3::new(-2.0, 0.0, 0.5), Vec3::Y).z > 0.5);
+}

@@ -5,6 +5,7 @@ mod detail;
 mod drawing;
 mod ewa;
 mod extremes;
+mod painting;
 mod preview;
 mod pyramids;
 mod scale;

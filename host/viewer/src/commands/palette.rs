@@ -63,7 +63,8 @@ pub(crate) fn entries(window: &Window) -> Vec<Entry> {
     };
     let tools = window.plugins.registry.names(UnitKind::Tool).into_iter().filter_map(|name| {
         let (title, summary) = tool_window::title_and_summary(window, &name)?;
-        Some(entry(Icon::Hammer, format!("{title} …"), summary, "tool", Action::Tool(name)))
+        let kind = if window.is_led_by_hand(&name) { "led by hand" } else { "tool" };
+        Some(entry(Icon::Hammer, format!("{title} …"), summary, kind, Action::Tool(name)))
     });
     let renderers = window.drawers().into_iter().map(|name| {
         let about = "Draws the focused view by this renderer.".to_owned();
@@ -212,7 +213,7 @@ fn row(ui: &mut Ui, entry: &Entry, is_chosen: bool) -> Response {
 fn act(window: &mut Window, ctx: &Context, action: Action) {
     match action {
         Action::Command(command) => run(window, ctx, command),
-        Action::Tool(name) => window.plugins.tools.open = Some(name),
+        Action::Tool(name) => tool_window::choose(window, &name),
         Action::Renderer(name) => {
             if let Some(pane) = window.settings.pane_mut(window.views.focused) {
                 pane.renderers[0] = name;

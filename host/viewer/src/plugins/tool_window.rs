@@ -41,12 +41,17 @@ fn entries(window: &mut Window, ui: &mut Ui, names: &[String]) {
     for name in names {
         let Some((title, summary)) = title_and_summary(window, name) else { continue };
         if ui.button(format!("{title} …")).on_hover_text(summary).clicked() {
-            match window.is_led_by_hand(name) {
-                true => window.take_tool(name.clone()),
-                false => window.plugins.tools.open = Some(name.clone()),
-            }
+            choose(window, name);
             ui.close();
         }
+    }
+}
+
+/// Takes a tool that is led by hand into the hand, and opens the window of any other one.
+pub(crate) fn choose(window: &mut Window, name: &str) {
+    match window.is_led_by_hand(name) {
+        true => window.take_tool(name.to_owned()),
+        false => window.plugins.tools.open = Some(name.to_owned()),
     }
 }
 

@@ -100,7 +100,8 @@ impl Tool for FillHoles {
             .collect();
         let n_holes = patches.len();
         let new = once(patches, job)?;
-        let mut said = format!("{n_holes} holes filled with {} surfels", new.len());
+        let holes = if n_holes == 1 { "hole" } else { "holes" };
+        let mut said = format!("{n_holes} {holes} filled with {} surfels", new.len());
         if n_folded > 0 {
             said += &format!("; {n_folded} borders of folded or overlapping surfaces stay");
         }

@@ -49,7 +49,7 @@ fn a_cap_of_a_sphere_comes_back() {
         let params = Settings { largest: 3.0 };
         let ran = run::<FillHoles>(&cloud, &params).unwrap();
         let (n, discs) = (cloud.radii.len(), discs(&ran));
-        assert!(ran.message.starts_with("1 holes filled with "), "{}", ran.message);
+        assert!(ran.message.starts_with("1 hole filled with "), "{}", ran.message);
         let new = &discs[n..];
         for (place, normal, _) in new {
             let off = (place.length() - 1.0).abs();

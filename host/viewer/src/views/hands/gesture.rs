@@ -17,6 +17,10 @@ const LEAST_STEP: f32 = 2.0;
 /// Samples of a stroke are at least so far apart, in radii.
 const LEAST_SAMPLE: f64 = 0.1;
 
+/// Radii between places that are looked up on the way of a fast hand, and how many at most.
+const STEP: f32 = 0.5;
+const MOST_STEPS: f32 = 256.0;
+
 /// What keys that are held make of a selection.
 fn how(modifiers: Modifiers) -> Combine {
     match (modifiers.shift, modifiers.command) {
@@ -117,8 +121,22 @@ fn begin(window: &mut Window, ui: &Ui, pane: u32, rects: &[Rect], at: Pos2) {
     follow(window, ui, at);
 }
 
-/// Takes a place of the gesture in.
+/// Takes in where the pointer is now, and with a radius places on its way: a fast hand sends few, between which a line
+/// would pass below what is curved.
 fn follow(window: &mut Window, ui: &Ui, at: Pos2) {
+    let hands = &window.views.hands;
+    let Some(gesture) = &hands.gesture else { return };
+    let step = (STEP * hands.radius * gesture.picture.rect.height()).max(LEAST_STEP);
+    let last = gesture.line.last().copied().filter(|_| hands.mode.has_radius());
+    let n_steps = last.map_or(1.0, |last| (last.distance(at) / step).ceil().clamp(1.0, MOST_STEPS));
+    for i in 1..=n_steps as u32 {
+        let share = i as f32 / n_steps;
+        take_in(window, ui, last.map_or(at, |last| last.lerp(at, share)));
+    }
+}
+
+/// Takes a place of the gesture in.
+fn take_in(window: &mut Window, ui: &Ui, at: Pos2) {
     let (time, force) = ui.ctx().input(|input| {
         let force = input.events.iter().rev().find_map(|event| match event {
             Event::Touch { force, .. } => *force,
