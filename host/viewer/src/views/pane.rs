@@ -93,14 +93,15 @@ impl Side {
         self.waits() && self.last_request.as_ref().is_some_and(|last| last.in_motion)
     }
 
-    /// The request to be sent now, if any; `adaptive` allows a coarser level of detail in motion.
+    /// The request to be sent now, if any; `adaptive` allows a coarser level of detail in motion. What a hand is changing
+    /// is in motion, too (`is_led`).
     ///
     /// Also returns the time after which to call again, where full detail follows later.
     pub(crate) fn next_request(
         &mut self,
         inputs: &ViewInputs,
         clouds: &Arc<Clouds>,
-        adaptive: bool,
+        (adaptive, is_led): (bool, bool),
         serial: &mut u64,
     ) -> (Option<ViewRequest>, Option<Duration>) {
         let now = Instant::now();
@@ -115,7 +116,7 @@ impl Side {
         let still = self.governor.still_delay();
         let age = self.changed.map_or(still, |changed| now.duration_since(changed));
         // A first picture, a switch of renderers and a change of size are not motion.
-        let in_motion = age < still && self.moved(inputs);
+        let in_motion = age < still && self.moved(inputs, is_led);
         let detail = if in_motion && adaptive { self.governor.detail() } else { Detail::FULL };
         let again = in_motion.then(|| still.saturating_sub(age) + Duration::from_millis(5));
         let last_detail = self.last_request.as_ref().map(|last_request| last_request.detail);
@@ -145,12 +146,13 @@ impl Side {
         (Some(request), again)
     }
 
-    /// Whether the picture shown is by the same renderers, of the same clouds.
-    fn moved(&self, inputs: &ViewInputs) -> bool {
+    /// Whether the picture shown is by the same renderers, of the same clouds but for what a hand changes.
+    fn moved(&self, inputs: &ViewInputs, is_led: bool) -> bool {
         let same = |last: &LastRequest| {
             let (last, now) = (&last.inputs, inputs);
-            let clouds = |of: &ViewInputs| (of.revision, of.alone);
-            clouds(last) == clouds(now) && last.named == now.named
+            (is_led || last.revision == now.revision)
+                && last.alone == now.alone
+                && last.named == now.named
         };
         self.shown.as_ref().is_some_and(|shown| shown.renderer == inputs.renderer)
             && self.last_request.as_ref().is_some_and(same)

@@ -59,9 +59,10 @@ impl Window {
                     named: part.named,
                     alone: part.index,
                 };
-                let (clouds, adaptive) = (&part.clouds, self.views.adaptive);
+                let (clouds, is_led) = (&part.clouds, self.views.hands.is_led());
+                let motion = (self.views.adaptive, is_led);
                 let serial = &mut self.render.serial;
-                let (request, again) = side_state.next_request(&inputs, clouds, adaptive, serial);
+                let (request, again) = side_state.next_request(&inputs, clouds, motion, serial);
                 if let Some(request) = request {
                     self.render.thread.request(ViewSlot { pane: settings.id, side }, request);
                 }

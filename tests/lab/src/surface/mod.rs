@@ -2,10 +2,11 @@
 //!
 //! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`, `surface gaussians COUNT OUT.ply`,
 //! `surface gaussian-reading FILE.ply [ROUNDS]`, `surface gaussian-truth FILE...`,
-//! `surface strokes [SURFELS…]`, `surface occlusion PYRAMID…`, `surface sampled PYRAMID OUT`, `surface pictures FOLDER SCAN…` and
+//! `surface strokes [SURFELS…]`, `surface booleans MESH…`, `surface occlusion PYRAMID…`, `surface sampled PYRAMID OUT`, `surface pictures FOLDER SCAN…` and
 //! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
 
+mod booleans;
 mod city;
 mod cloud;
 mod cloudcompare;
@@ -33,6 +34,7 @@ surface gaussian-reading FILE [ROUNDS]  what Gaussians cost a reader
 surface gaussian-truth FILE...       pictures of Gaussians against a plain renderer in f64
 surface occlusion PYRAMID...         ambient occlusion of pyramids against rays
 surface sampled PYRAMID OUT          a pyramid of chosen surfels in the place of merged ones
+surface booleans MESH...             Boolean operations of a mesh's surfels and a turned copy
 surface strokes [cpu] [SURFELS...]   a brush of 5,000 surfels over clouds
 surface pictures FOLDER SCAN...      scans as surfaces and as points, beside CloudCompare's pictures of the same views
 surface dump FOLDER [MESH...]        the clouds of `normals` for other programs
@@ -43,6 +45,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
     let (mode, rest) = arguments.split_first().map_or(("", &[][..]), |(m, r)| (m.as_str(), r));
     match mode {
         "speed" => speed::run(rest),
+        "booleans" => booleans::run(&meshes::all(rest)?, rest),
         "strokes" => strokes::run(rest),
         "normals" => normals::run(&meshes::all(rest)?),
         "radii" => discs::run(&meshes::all(rest)?),

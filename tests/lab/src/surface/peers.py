@@ -2,6 +2,7 @@
 
     python3 peers.py normals FOLDER     degrees without sides, and the share of right sides
     python3 peers.py speed POINTS...    processor seconds for points of a bumpy sphere
+    python3 peers.py icp SURFELSHOP MODEL...  halves of models, moved and put onto each other again
 
 Needs numpy and open3d; pymeshlab, PCL's tools and CloudCompare where they are installed.
 """
@@ -150,8 +151,80 @@ def speed(sizes):
             print(f"{size:>9} {name:<20} {seconds() - start:7.2f} s, peak {peak // 1000} MB of all so far")
 
 
+def write_surfels(path, points, normals, radius):
+    names = ["x", "y", "z", "nx", "ny", "nz", "radius"]
+    head = "".join(f"property float {name}\n" for name in names)
+    rows = np.hstack([points, normals, np.full((len(points), 1), radius)]).astype("<f4")
+    text = f"ply\nformat binary_little_endian 1.0\nelement vertex {len(points)}\n{head}end_header\n"
+    path.write_bytes(text.encode() + rows.tobytes())
+
+
+def read_moved(path, count):
+    raw = path.read_bytes()
+    head, body = raw.split(b"end_header\n", 1)
+    lines = head.decode().split("\n")
+    types = {"float": "<f4", "double": "<f8", "uchar": "u1", "uint8": "u1", "float32": "<f4", "float64": "<f8"}
+    fields = [line.split()[1:] for line in lines if line.startswith("property")]
+    rows = np.frombuffer(body, [(name, types[kind]) for kind, name in fields], count)
+    return np.stack([rows[axis] for axis in "xyz"], 1).astype(np.float64)
+
+
+def icp(program, models):
+    import open3d as o3d
+
+    random = np.random.default_rng(7)
+    for model in map(pathlib.Path, models):
+        mesh = o3d.io.read_triangle_mesh(str(model))
+        if len(mesh.triangles) > 0:
+            mesh.compute_vertex_normals()
+            points, normals = np.asarray(mesh.vertices), np.asarray(mesh.vertex_normals)
+        else:
+            cloud = o3d.io.read_point_cloud(str(model))
+            cloud.estimate_normals(o3d.geometry.KDTreeSearchParamKNN(17))
+            cloud.orient_normals_consistent_tangent_plane(16)
+            points, normals = np.asarray(cloud.points), np.asarray(cloud.normals)
+        order = random.permutation(len(points))
+        halves = [np.sort(order[part::2]) for part in range(2)]
+        whole = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(points[halves[0]]))
+        spacing = float(np.median(whole.compute_nearest_neighbor_distance()))
+        first, second = (points[half] + random.normal(scale=0.2 * spacing, size=(len(half), 3)) for half in halves)
+        turn = o3d.geometry.get_rotation_matrix_from_xyz(np.radians([8.0, 15.0, 0.0]))
+        middle = points.mean(0)
+        moved, turned = (second - middle) @ turn.T + middle, normals[halves[1]] @ turn.T
+        rms = lambda found: float(np.sqrt(((found - second) ** 2).sum(1).mean()))
+        # One beside the other, three times each.
+        ours, theirs = [], []
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            write_surfels(folder / "first.ply", first, normals[halves[0]], 1.5 * spacing)
+            write_surfels(folder / "second.ply", moved, turned, 1.5 * spacing)
+            words = [program, "bake", "second.ply", "-t", "register", "--set", "to=first.ply", "-o", "moved.ply"]
+            for _ in range(3):
+                done = subprocess.run(words, check=True, capture_output=True, text=True, cwd=folder)
+                ours.append([line for line in (done.stdout + done.stderr).splitlines() if "RMS" in line][0])
+                clouds = []
+                for places, facing in [(moved, turned), (first, normals[halves[0]])]:
+                    cloud = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(places))
+                    cloud.normals = o3d.utility.Vector3dVector(facing)
+                    clouds.append(cloud)
+                start = seconds()
+                found = o3d.pipelines.registration.registration_icp(
+                    *clouds, 3 * spacing, np.eye(4),
+                    o3d.pipelines.registration.TransformationEstimationPointToPlane(),
+                    o3d.pipelines.registration.ICPConvergenceCriteria(1e-9, 1e-9, 200),
+                )
+                theirs.append(seconds() - start)
+            own = rms(read_moved(folder / "moved.ply", len(moved)))
+        other = rms(np.asarray(clouds[0].transform(found.transformation).points))
+        print(f"{model.stem}: {len(moved)} points, {spacing:.2e} apart; {own:.2e}, open3d {other:.2e}")
+        print("  " + "\n  ".join(line[-60:] for line in ours))
+        print("  open3d: " + ", ".join(f"{time:.2f} s" for time in theirs))
+
+
 if __name__ == "__main__":
-    if sys.argv[1] == "normals":
+    if sys.argv[1] == "icp":
+        icp(sys.argv[2], sys.argv[3:])
+    elif sys.argv[1] == "normals":
         normals(sys.argv[2])
     else:
         speed([int(size) for size in sys.argv[2:]])

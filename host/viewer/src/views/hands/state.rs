@@ -200,6 +200,11 @@ impl Hands {
         }
     }
 
+    /// Whether a hand is changing what is seen.
+    pub(crate) fn is_led(&self) -> bool {
+        self.gesture.is_some()
+    }
+
     /// Whether a gesture or a stroke is under way.
     pub(crate) fn is_at_work(&self) -> bool {
         self.gesture.is_some() || self.stroke.is_some()
