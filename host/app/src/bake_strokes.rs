@@ -32,7 +32,8 @@ pub(crate) fn read(
         );
     }
     let place = |(i, stroke): (usize, NamedStroke)| {
-        let step = steps.iter().position(|step| stroke.is_of(&step.reference));
+        let step =
+            steps.iter().position(|step| stroke.is_of(&step.reference.package, &step.reference.id));
         let step = step.ok_or_else(|| {
             let (tool, file) = (&stroke.tool, path.display());
             anyhow!("{file}: stroke {i} is of `{tool}`, which is not used; add -t {tool}")
@@ -52,7 +53,10 @@ pub(crate) fn replay(
     let mut replayed: Vec<Option<Replayed>> = steps.iter().map(|_| None).collect();
     for (i, (step, named)) in strokes.iter().enumerate() {
         let of = || format!("stroke {i} of {}", steps[*step].reference.id);
-        let mut values = named.values(&steps[*step].unit.description.params).with_context(of)?;
+        let mut values = named
+            .fitted(&steps[*step].unit.description.params)
+            .map_err(anyhow::Error::msg)
+            .with_context(of)?;
         // What is typed counts more than what the file says.
         values.extend(steps[*step].values.clone());
         let chosen = match arguments.select.is_empty() {

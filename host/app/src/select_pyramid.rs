@@ -7,6 +7,7 @@ use std::path::Path;
 use surfelshop_api::Scope;
 use surfelshop_cloud::selection::{EditLayer, HiddenOnes, LayerChange, RegionStep};
 use surfelshop_pyramid::{Pyramid, RemakeOptions, Rule, remake_leaves};
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::layers;
 use surfelshop_session::input::scenes::Source;
 use surfelshop_session::options::select::regions;
@@ -25,7 +26,10 @@ pub(crate) fn run(arguments: &SelectArguments, source: &Source) -> anyhow::Resul
     let pyramid = Pyramid::open(&source.path)?;
     let n_surfels = pyramid.directory().n_surfels;
     let before = match arguments.layer.as_ref().or(source.layer.as_ref()) {
-        Some(path) => layers::read(path, n_surfels)?,
+        Some(path) => {
+            let tools = SessionFormats::new(&arguments.plugins).stroke_tools();
+            layers::read(path, n_surfels)?.with_tools(tools)
+        }
         None => EditLayer::default(),
     };
     // Who selects without a window selects of all.

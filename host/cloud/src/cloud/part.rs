@@ -17,6 +17,9 @@ use surfelshop_api::{Reach, Stroke};
 /// Most samples of a stroke, and most dabs.
 const MOST_SAMPLES: usize = 1 << 20;
 
+/// Cosine of the angle between normals from which on surfels face a dab less: of 75 degrees.
+const FADING: f32 = 0.258_819;
+
 /// Surfels that are looked at by a thread at a time.
 const BLOCK: usize = 1 << 13;
 
@@ -96,12 +99,12 @@ impl CloudPart {
                 return 0.0;
             }
             let normal = normals.get(i).copied().unwrap_or_default();
-            let turned = |dab: &&Dab| !faces_a_side || normal.dot(dab.normal) >= 0.0;
             let of = |dab: &Dab| {
                 let share = at.distance(dab.place) / stroke.radius;
-                stroke.dabs.falloff.weight(share) * dab.pressure
+                let facing = if faces_a_side { facing(normal, dab.normal) } else { 1.0 };
+                stroke.dabs.falloff.weight(share) * dab.pressure * facing
             };
-            dabs.iter().filter(turned).map(of).fold(0.0, f64::max) as f32
+            dabs.iter().map(of).fold(0.0, f64::max) as f32
         };
         let is_within = |i: usize| within.is_none_or(|selection| selection.contains(i));
         let block = |start: usize| -> Vec<(u32, f32)> {
@@ -204,6 +207,14 @@ impl CloudPart {
         let rows: Vec<u32> = (0..n as u32).collect();
         column.gather(&rows).map_err(CloudError::Memory)
     }
+}
+
+/// How much a surfel faces where a dab's normal points: all of it up to 75 degrees, and from there less, to nothing at a
+/// right angle. Normals of scans are off by some degrees, and a wall beside the stroke would be speckled by a bound. Where
+/// one of both has no direction all of it does.
+fn facing(normal: Vec3, dab: Vec3) -> f64 {
+    let lengths = normal.length() * dab.length();
+    if lengths > 0.0 { f64::from(normal.dot(dab) / lengths / FADING).clamp(0.0, 1.0) } else { 1.0 }
 }
 
 /// The dabs of a stroke: at its first sample, and from there on along the lines between samples, always equally far

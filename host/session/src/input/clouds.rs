@@ -64,6 +64,7 @@ impl Clouds {
         let mut pyramids = Vec::new();
         let n_pyramids = sources.iter().filter(|source| is_pyramid_file(&source.path)).count();
         let budget = Budget::default().divided(n_pyramids);
+        let tools = in_place.map(SessionFormats::stroke_tools);
         for source in sources {
             let Source { path, transform, place, .. } = source;
             let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());
@@ -84,7 +85,7 @@ impl Clouds {
                     };
                     match (opened, place) {
                         (Some((whole, opened)), _) => {
-                            pyramid = Some(opened);
+                            pyramid = Some(opened.with_tools(tools.as_ref()));
                             whole
                         }
                         (None, Some(_)) => read(path).with_context(in_scene)?,

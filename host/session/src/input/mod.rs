@@ -8,6 +8,7 @@ pub mod environment_map;
 pub mod formats;
 pub mod inside;
 pub mod layers;
+pub mod led_tools;
 pub mod plausibility;
 pub mod probe_info;
 pub mod pyramids;

@@ -13,7 +13,7 @@ use std::time::Instant;
 use surfelshop_api::columns::POSITION;
 use surfelshop_api::{SurfaceSettings, View};
 use surfelshop_cloud::display::{Display, Look};
-use surfelshop_cloud::selection::{Ball, EditLayer, HiddenOnes, RegionSelection};
+use surfelshop_cloud::selection::{Ball, EditLayer, HiddenOnes, RegionSelection, StrokeTools};
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary, Transform, memory};
 use surfelshop_pyramid::{Cut, CutView, NodeLook, Nodes, Pyramid, PyramidError};
 
@@ -56,6 +56,8 @@ pub struct OpenPyramid {
     /// The whole as the file has it, as one cloud.
     whole: Cloud,
     layer: Arc<KnownLayer>,
+    /// What does strokes of edits, where tools are run.
+    tools: Option<Arc<dyn StrokeTools>>,
     nodes: Arc<Nodes>,
     look: Arc<NodeLook>,
     /// Which cloud stands for the whole: the generation of its positions.
@@ -167,6 +169,7 @@ fn opened(
         whole: cloud.clone(),
         transform,
         layer,
+        tools: None,
         overview: generation(&cloud),
         budget,
         largest_radius: f64::INFINITY,
@@ -211,6 +214,12 @@ impl OpenPyramid {
         }
     }
 
+    /// The same with tools that do strokes of edits.
+    #[must_use]
+    pub fn with_tools(self, tools: Option<&Arc<dyn StrokeTools>>) -> Self {
+        Self { tools: tools.cloned(), ..self }
+    }
+
     /// The edits of it.
     pub fn layer(&self) -> &EditLayer {
         &self.layer.edits
@@ -226,6 +235,10 @@ impl OpenPyramid {
     /// # Errors
     /// Where nothing would be left, an edit does not fit its columns, or a node cannot be read.
     pub fn edited(&self, layer: EditLayer) -> anyhow::Result<(Cloud, Self)> {
+        let layer = match &self.tools {
+            Some(tools) => layer.with_tools(Arc::clone(tools)),
+            None => layer,
+        };
         layer.check(&self.whole)?;
         let pyramid = self.nodes.pyramid();
         let layer = Arc::new(KnownLayer { edits: layer, known: Mutex::default() });

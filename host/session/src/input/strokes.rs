@@ -10,12 +10,11 @@
 use crate::output::json::plain;
 use anyhow::{Context as _, bail, ensure};
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value as Json};
 use std::path::Path;
 use surfelshop_api::Stroke;
-use surfelshop_api::params::{ParamDecl, Value, Values};
+use surfelshop_api::params::{Value, Values};
+pub use surfelshop_cloud::selection::NamedStroke;
 use surfelshop_cloud::{Cloud, How};
-use surfelshop_runtime::plugins::UnitRef;
 use surfelshop_runtime::tools::STROKE_NOTE;
 
 /// What the first key says.
@@ -25,65 +24,11 @@ const VERSION: u32 = 1;
 /// Bytes of the largest file that is read: a stroke of a minute takes 100 kB.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// A stroke with the tool that it was made with.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct NamedStroke {
-    /// The tool, as PACKAGE/ID or ID.
-    pub tool: String,
-    /// Its parameters; those that are missing have their defaults.
-    #[serde(default)]
-    values: Map<String, Json>,
-    /// What the hand did.
-    pub stroke: Stroke,
-}
-
 #[derive(Serialize, Deserialize)]
 struct StrokeFile {
     format: String,
     version: u32,
     strokes: Vec<NamedStroke>,
-}
-
-impl NamedStroke {
-    /// Whether it was made with a tool.
-    pub fn is_of(&self, unit: &UnitRef) -> bool {
-        self.tool == unit.id || self.tool == format!("{}/{}", unit.package, unit.id)
-    }
-
-    /// Its parameters as a tool declares them.
-    ///
-    /// # Errors
-    /// Where the tool has no such parameter, or it takes other values.
-    pub fn values(&self, declared: &[ParamDecl]) -> anyhow::Result<Values> {
-        let mut values = Values::new();
-        for (id, json) in &self.values {
-            let declared = declared.iter().find(|declared| declared.id == *id);
-            let declared = declared.with_context(|| format!("it has no parameter `{id}`"))?;
-            let value = value_of(json).and_then(|value| declared.fitted(&value));
-            let value = value.with_context(|| {
-                format!("`{id}`: expected {}, found {json}", declared.expectation())
-            })?;
-            values.insert(id.clone(), value);
-        }
-        Ok(values)
-    }
-}
-
-fn value_of(json: &Json) -> Option<Value> {
-    Some(match json {
-        Json::Bool(value) => Value::Bool(*value),
-        Json::Number(number) => match number.as_i64() {
-            Some(value) => Value::Int(value),
-            None => Value::Float(number.as_f64()?),
-        },
-        Json::String(text) => Value::Text(text.clone()),
-        Json::Array(channels) => {
-            let channels: Option<Vec<f32>> =
-                channels.iter().map(|channel| Some(channel.as_f64()? as f32)).collect();
-            Value::Color(channels?.try_into().ok()?)
-        }
-        Json::Null | Json::Object(_) => return None,
-    })
 }
 
 /// Reads a file of strokes.
@@ -125,17 +70,22 @@ pub fn text(strokes: Vec<NamedStroke>) -> anyhow::Result<String> {
     Ok(serde_json::to_string(&file)? + "\n")
 }
 
+/// A stroke of a tool, as PACKAGE/ID, with the parameters it ran with.
+pub fn named(tool: &str, values: &Values, stroke: Stroke) -> NamedStroke {
+    let values = values.iter().filter(|(id, _)| *id != STROKE_NOTE);
+    let values = values.map(|(id, value)| (id.clone(), plain(value))).collect();
+    NamedStroke { tool: tool.to_owned(), values, stroke }
+}
+
 /// The strokes that a cloud's history tells, oldest first.
 pub fn of_cloud(cloud: &Cloud) -> Vec<NamedStroke> {
     let strokes = cloud.history().iter().filter(|edit| edit.how == How::Stroked);
-    let named = strokes.filter_map(|edit| {
+    let all = strokes.filter_map(|edit| {
         let Some(Value::Text(text)) = edit.made.values.get(STROKE_NOTE) else { return None };
         let stroke = serde_json::from_str(text).ok()?;
-        let values = edit.made.values.iter().filter(|(id, _)| *id != STROKE_NOTE);
-        let values = values.map(|(id, value)| (id.clone(), plain(value))).collect();
-        Some(NamedStroke { tool: edit.made.tool.clone(), values, stroke })
+        Some(named(&edit.made.tool, &edit.made.values, stroke))
     });
-    named.collect()
+    all.collect()
 }
 
 #[cfg(test)]

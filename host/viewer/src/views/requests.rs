@@ -59,7 +59,9 @@ impl Window {
                     named: part.named,
                     alone: part.index,
                 };
-                let (clouds, is_led) = (&part.clouds, self.views.hands.is_led());
+                let clouds = &part.clouds;
+                // Nodes that an edit reaches are waited for: without them the next picture would be of coarse ones.
+                let is_led = self.views.hands.is_led() && clouds.pyramids.is_empty();
                 let motion = (self.views.adaptive, is_led);
                 let serial = &mut self.render.serial;
                 let (request, again) = side_state.next_request(&inputs, clouds, motion, serial);

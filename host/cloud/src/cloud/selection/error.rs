@@ -34,6 +34,14 @@ pub enum SelectionError {
         /// What was asked for.
         found: f64,
     },
+    /// A tool cannot be led along a stroke.
+    #[error("tool `{tool}`: {line}")]
+    Tool {
+        /// The tool.
+        tool: String,
+        /// Why not.
+        line: String,
+    },
     /// A number does not fit a column.
     #[error("column `{column}`: expected {expected}, found {found}")]
     Value {

@@ -1,7 +1,9 @@
 //! Edits of clouds that are larger than memory: what is done where, kept beside the cloud and done to what is read of
 //! it.
 
-use super::{Reach, RegionSelection, Selection, SelectionError, set_column};
+use super::{
+    NamedStroke, Reach, RegionSelection, Selection, SelectionError, StrokeTools, set_column,
+};
 use crate::cloud::Cloud;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -27,6 +29,8 @@ pub enum LayerChange {
         /// The values.
         values: Vec<f64>,
     },
+    /// A tool is led along a stroke. It changes values or takes surfels away, and moves none.
+    Stroke(NamedStroke),
 }
 
 /// An edit.
@@ -46,6 +50,8 @@ pub struct LayerEdit {
 #[serde(into = "Vec<LayerEdit>", from = "Vec<LayerEdit>")]
 pub struct EditLayer {
     edits: Vec<Arc<LayerEdit>>,
+    /// What runs the tools of strokes.
+    tools: Option<Arc<dyn StrokeTools>>,
 }
 
 /// What becomes of surfels that edits hide.
@@ -79,7 +85,7 @@ impl From<EditLayer> for Vec<LayerEdit> {
 
 impl From<Vec<LayerEdit>> for EditLayer {
     fn from(edits: Vec<LayerEdit>) -> Self {
-        Self { edits: edits.into_iter().map(Arc::new).collect() }
+        Self { edits: edits.into_iter().map(Arc::new).collect(), tools: None }
     }
 }
 
@@ -108,7 +114,14 @@ impl EditLayer {
     #[must_use]
     pub fn with(&self, select: RegionSelection, change: LayerChange) -> Self {
         let edit = LayerEdit { id: next_id(), select, change };
-        Self { edits: self.edits.iter().cloned().chain([Arc::new(edit)]).collect() }
+        let edits = self.edits.iter().cloned().chain([Arc::new(edit)]).collect();
+        Self { edits, tools: self.tools.clone() }
+    }
+
+    /// The same, with strokes done by these tools.
+    #[must_use]
+    pub fn with_tools(self, tools: Arc<dyn StrokeTools>) -> Self {
+        Self { tools: Some(tools), ..self }
     }
 
     /// The same with all shown that is hidden.
@@ -120,10 +133,13 @@ impl EditLayer {
         }
     }
 
-    /// Whether the last edit leaves every surfel where it is and shown.
+    /// Whether the last edit changes values; an eraser that is led may take surfels away, too.
     #[must_use]
     pub fn sets_values(&self) -> bool {
-        self.edits.last().is_some_and(|edit| matches!(edit.change, LayerChange::Set { .. }))
+        let sets = |change: &LayerChange| {
+            matches!(change, LayerChange::Set { .. } | LayerChange::Stroke(_))
+        };
+        self.edits.last().is_some_and(|edit| sets(&edit.change))
     }
 
     /// Whether something may be hidden.
@@ -132,14 +148,15 @@ impl EditLayer {
         self.edits.iter().fold(false, |hides, edit| match edit.change {
             LayerChange::Hide => true,
             LayerChange::ShowAll => false,
-            LayerChange::Delete | LayerChange::Set { .. } => hides,
+            LayerChange::Delete | LayerChange::Set { .. } | LayerChange::Stroke(_) => hides,
         })
     }
 
     /// Whether all edits can be done to a cloud with these columns, of which one surfel is enough.
     ///
     /// # Errors
-    /// Where a value does not fit its column or is no number, or a column says where surfels are or how large.
+    /// Where a value does not fit its column or is no number, a column says where surfels are or how large, or a tool is not
+    /// there.
     pub fn check(&self, cloud: &Cloud) -> Result<(), SelectionError> {
         let mask: Vec<bool> = (0..cloud.len()).map(|i| i == 0).collect();
         let one = cloud.keep(&mask)?;
@@ -149,6 +166,11 @@ impl EditLayer {
         }
         self.edits.iter().try_fold(one, |one, edit| match &edit.change {
             LayerChange::Delete | LayerChange::Hide | LayerChange::ShowAll => Ok(one),
+            LayerChange::Stroke(led) => {
+                let failed = |line| SelectionError::Tool { tool: led.tool.clone(), line };
+                self.tools(led)?.check(led).map_err(failed)?;
+                Ok(one)
+            }
             LayerChange::Set { column, values } => {
                 let wrong = |expected: &str, found: String| SelectionError::Value {
                     column: column.clone(),
@@ -182,7 +204,9 @@ impl EditLayer {
             let concerns = match &edit.change {
                 LayerChange::ShowAll => n > 0,
                 LayerChange::Set { column, .. } => !has(column) || edit.reaches(ball),
-                LayerChange::Delete | LayerChange::Hide => edit.reaches(ball),
+                LayerChange::Delete | LayerChange::Hide | LayerChange::Stroke(_) => {
+                    edit.reaches(ball)
+                }
             };
             if concerns {
                 edit.id.hash(&mut hasher);
@@ -199,7 +223,7 @@ impl EditLayer {
         let (mut shown, mut hides) = (true, false);
         for edit in &self.edits {
             match edit.change {
-                LayerChange::Set { .. } => {}
+                LayerChange::Set { .. } | LayerChange::Stroke(_) => {}
                 LayerChange::ShowAll => (shown, hides) = (shown || hides, false),
                 LayerChange::Delete => shown &= edit.select.reach(ball.0, ball.1) != Reach::All,
                 LayerChange::Hide => {
@@ -226,7 +250,10 @@ impl EditLayer {
         let mut edited = Edited { cloud, hidden: None };
         for edit in &self.edits {
             let reaches = ball.is_none_or(|ball| edit.reaches(ball));
-            edited = edit.applied(edited, reaches)?;
+            edited = match &edit.change {
+                LayerChange::Stroke(led) => edit.led(edited, reaches, led, self.tools(led)?)?,
+                _ => edit.applied(edited, reaches)?,
+            };
         }
         match edited {
             Edited { cloud, hidden: Some(some) } if hidden == HiddenOnes::LeftOut => {
@@ -234,6 +261,14 @@ impl EditLayer {
             }
             Edited { cloud, .. } => Ok(cloud),
         }
+    }
+
+    /// What runs the tool of a stroke.
+    fn tools(&self, led: &NamedStroke) -> Result<&dyn StrokeTools, SelectionError> {
+        self.tools.as_deref().ok_or_else(|| SelectionError::Tool {
+            tool: led.tool.clone(),
+            line: "no tools are run here".to_owned(),
+        })
     }
 }
 
@@ -247,7 +282,48 @@ struct Edited {
 impl LayerEdit {
     /// Whether it may change something of a ball.
     fn reaches(&self, (middle, radius): Ball) -> bool {
-        self.select.reach(middle, radius) != Reach::Nothing
+        let is_near = || match &self.change {
+            LayerChange::Stroke(led) => {
+                let (middle, radius) = self.select.in_world(middle, radius);
+                led.reaches(middle, radius)
+            }
+            _ => true,
+        };
+        self.select.reach(middle, radius) != Reach::Nothing && is_near()
+    }
+
+    /// What is selected of a cloud and not hidden.
+    fn chosen(&self, edited: &Edited) -> Result<Selection, SelectionError> {
+        let Edited { cloud, hidden } = edited;
+        // Of nothing there are columns, too.
+        let chosen = match cloud.is_empty() {
+            true => Selection::none(0)?,
+            false => self.select.select(cloud)?,
+        };
+        match hidden {
+            Some(hidden) => chosen.combined(hidden, super::Combine::Subtract),
+            None => Ok(chosen),
+        }
+    }
+
+    /// With a tool led along a stroke.
+    fn led(
+        &self,
+        edited: Edited,
+        reaches: bool,
+        led: &NamedStroke,
+        tools: &dyn StrokeTools,
+    ) -> Result<Edited, SelectionError> {
+        if !reaches || edited.cloud.is_empty() {
+            return Ok(edited);
+        }
+        let chosen = self.chosen(&edited)?;
+        let (cloud, kept) = led.applied(tools, &edited.cloud, (&self.select.placed, &chosen))?;
+        let hidden = match (kept, edited.hidden) {
+            (Some(kept), Some(hidden)) => Some(of_kept(&hidden, &kept)?),
+            (_, hidden) => hidden,
+        };
+        Ok(Edited { cloud, hidden })
     }
 
     fn applied(&self, edited: Edited, reaches: bool) -> Result<Edited, SelectionError> {
@@ -256,20 +332,15 @@ impl LayerEdit {
             LayerChange::ShowAll => return Ok(Edited { cloud, hidden: None }),
             LayerChange::Delete | LayerChange::Hide => !reaches,
             LayerChange::Set { column, .. } => !reaches && cloud.column(column).is_some(),
+            LayerChange::Stroke(_) => true,
         };
         let is_column = matches!(self.change, LayerChange::Set { .. });
         if is_idle || cloud.is_empty() && !is_column {
             return Ok(Edited { cloud, hidden });
         }
-        // Of nothing there are columns, too.
-        let chosen = match cloud.is_empty() {
-            true => Selection::none(0)?,
-            false => self.select.select(&cloud)?,
-        };
-        let chosen = match &hidden {
-            Some(hidden) => chosen.combined(hidden, super::Combine::Subtract)?,
-            None => chosen,
-        };
+        let edited = Edited { cloud, hidden };
+        let chosen = self.chosen(&edited)?;
+        let Edited { cloud, hidden } = edited;
         match &self.change {
             LayerChange::Set { column, values } => {
                 Ok(Edited { cloud: set_column(&cloud, &chosen, column, values)?, hidden })
@@ -283,13 +354,18 @@ impl LayerEdit {
             }
             LayerChange::Delete if !chosen.is_empty() => {
                 let mask = chosen.inverted().mask();
-                let hidden = hidden.map(|hidden| {
-                    let kept: Vec<usize> = (0..mask.len()).filter(|&i| mask[i]).collect();
-                    Selection::of(kept.len(), |i| hidden.contains(kept[i]))
-                });
+                let hidden = hidden.map(|hidden| of_kept(&hidden, &mask));
                 Ok(Edited { cloud: cloud.keep(&mask)?, hidden: hidden.transpose()? })
             }
-            LayerChange::Delete | LayerChange::ShowAll => Ok(Edited { cloud, hidden }),
+            LayerChange::Delete | LayerChange::ShowAll | LayerChange::Stroke(_) => {
+                Ok(Edited { cloud, hidden })
+            }
         }
     }
+}
+
+/// What is selected of the surfels that are kept.
+fn of_kept(selection: &Selection, kept: &[bool]) -> Result<Selection, SelectionError> {
+    let kept: Vec<usize> = (0..kept.len()).filter(|&i| kept[i]).collect();
+    Selection::of(kept.len(), |i| selection.contains(kept[i]))
 }

@@ -58,12 +58,17 @@ impl RegionSelection {
         })
     }
 
+    /// A ball in the coordinates of the cloud's file as it stands in the world.
+    pub(super) fn in_world(&self, middle: DVec3, radius: f64) -> (DVec3, f64) {
+        let Transform { translation, rotation, scale } = self.placed;
+        let turn = rotation.quaternion().unwrap_or_default();
+        (turn * (middle * scale) + translation, radius * scale)
+    }
+
     /// How much of a ball may be selected, which is in the coordinates of the cloud's file.
     #[must_use]
     pub fn reach(&self, middle: DVec3, radius: f64) -> Reach {
-        let Transform { translation, rotation, scale } = self.placed;
-        let turn = rotation.quaternion().unwrap_or_default();
-        let (middle, radius) = (turn * (middle * scale) + translation, radius * scale);
+        let (middle, radius) = self.in_world(middle, radius);
         self.steps.iter().fold(Reach::Nothing, |before, step| match step {
             RegionStep::Invert => before.inverted(),
             RegionStep::Take { how, region } => {

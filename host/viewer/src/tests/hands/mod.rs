@@ -248,7 +248,7 @@ fn a_stroke_paints_is_undone_and_is_recorded() {
     let Readiness::Ready(unit) = screen.window().plugins.tools.units.readiness("brush") else {
         panic!()
     };
-    let values = again[0].values(&unit.description.params).unwrap();
+    let values = again[0].fitted(&unit.description.params).unwrap();
     let part = surfelshop_cloud::CloudPart::along(&before, &again[0].stroke, None).unwrap();
     let mut running = surfelshop_runtime::tools::Running::start_on(
         unit,

@@ -32,6 +32,7 @@ fn pyramid(folder: &Path) -> PathBuf {
             Column::new("normal", 3, Buffer::F32(places)),
             Column::new("radius", 1, Buffer::F32(vec![radius; N])),
             Column::new("class", 1, Buffer::U8(vec![1; N])),
+            Column::new("color", 3, Buffer::U8(vec![188; 3 * N])),
         ],
     )
     .unwrap();
@@ -153,4 +154,49 @@ fn a_pyramid_is_edited_in_a_layer() {
     screen.window().save_scene(&other);
     assert_eq!(layers::read(&folder.path().join("c.layer.json"), N as u64).unwrap().len(), 5);
     assert_eq!(layers::read(&layer, N as u64).unwrap().len(), 4, "the first one stays");
+}
+
+/// Invariant: a tool that is led over a pyramid is an edit of its layer, undone, saved and done again when it is opened
+///
+/// Costs 5 s.
+#[test]
+fn a_tool_is_led_over_a_pyramid() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = of_file(pyramid(folder.path()), Vec::new());
+    let plain = middle(&mut screen);
+    screen.window().views.hands.radius = 0.15;
+    screen.window().take_tool("brush".to_owned());
+    screen.settle();
+    let line = [MIDDLE - vec2(30.0, 0.0), MIDDLE + vec2(40.0, 0.0)];
+    drag(&mut screen, &line, Modifiers::NONE);
+    assert_eq!(n_edits(&mut screen), 1, "{:?}", screen.window().messages.last());
+    let red = middle(&mut screen);
+    assert!(red[0] > 2.0 * red[2] && plain[0] < 1.2 * plain[2], "{red:?}, {plain:?}");
+    screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    screen.frames();
+    assert_eq!((n_edits(&mut screen), middle(&mut screen)), (0, plain));
+    screen.harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    screen.frames();
+    assert_eq!((n_edits(&mut screen), middle(&mut screen)), (1, red));
+    // What is erased shows the far side, which faces away.
+    screen.window().take_tool("eraser".to_owned());
+    screen.settle();
+    drag(&mut screen, &line, Modifiers::NONE);
+    let hole = middle(&mut screen);
+    assert!(n_edits(&mut screen) == 2 && hole != red, "{hole:?}");
+    // Surfels of pyramids are not moved.
+    screen.window().take_tool("inflate".to_owned());
+    screen.settle();
+    drag(&mut screen, &[MIDDLE + vec2(160.0, 40.0), MIDDLE + vec2(180.0, 60.0)], Modifiers::NONE);
+    let said = screen.window().messages.last().unwrap().to_owned();
+    assert!(
+        said.contains("the stroke was undone") && said.contains("leaves surfels where they are"),
+        "{said}"
+    );
+    assert_eq!((n_edits(&mut screen), middle(&mut screen)), (2, hole));
+    let scene = folder.path().join("led.scene.toml");
+    screen.window().save_scene(&scene);
+    drop(screen);
+    let mut screen = of_file(scene, Vec::new());
+    assert_eq!((n_edits(&mut screen), middle(&mut screen)), (2, hole));
 }

@@ -1,6 +1,7 @@
 //! Hands over pyramids: what is selected is known by regions, and edits go into a layer that is kept beside the file.
 
 use crate::window::Window;
+use glam::DVec3;
 use std::sync::Arc;
 use surfelshop_api::{SurfaceSettings, View};
 use surfelshop_cloud::Cloud;
@@ -33,6 +34,15 @@ impl HandPyramid {
     /// A selection of nothing.
     pub(super) fn nothing(&self) -> RegionSelection {
         RegionSelection { placed: *self.pyramid.transform(), steps: Vec::new() }
+    }
+
+    /// The nodes that `reaches` says yes of, by balls around them in the world, of at most so many surfels.
+    pub(super) fn nodes_within(
+        &self,
+        reaches: impl Fn(DVec3, f64) -> bool,
+        most: u64,
+    ) -> Result<Vec<Arc<Cloud>>, String> {
+        self.pyramid.within(reaches, most).map_err(|error| error.to_string())
     }
 
     fn name(&self) -> String {
@@ -170,7 +180,11 @@ impl Window {
     }
 
     /// Of what is selected of a pyramid what filters show. A filter by an attribute that it lacks shows all of it.
-    fn shown_of(&self, hand: &HandPyramid, regions: &RegionSelection) -> RegionSelection {
+    pub(super) fn shown_of(
+        &self,
+        hand: &HandPyramid,
+        regions: &RegionSelection,
+    ) -> RegionSelection {
         let settings = self.display_settings();
         let filters = settings.filters.iter().filter(|filter| match &filter.attribute {
             Attribute::Height => true,

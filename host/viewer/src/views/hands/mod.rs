@@ -20,6 +20,7 @@ mod place;
 mod select;
 mod state;
 mod stroke;
+mod stroke_layers;
 mod stroke_run;
 
 pub(crate) use edits::{status, unused};

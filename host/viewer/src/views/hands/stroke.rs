@@ -78,7 +78,11 @@ impl Window {
                 most = Some((n, index, cloud));
             }
         }
-        let (_, index, base) = most.ok_or_else(|| match self.n_selected() {
+        let found = match most {
+            Some((_, index, base)) => Some((index, base, None)),
+            None => self.pyramid_near(stroke)?,
+        };
+        let (index, base, regions) = found.ok_or_else(|| match self.n_selected() {
             (0, _) => format!("{name}: no surfel is near the stroke"),
             _ => format!("{name}: the stroke goes over nothing that is selected"),
         })?;
@@ -90,7 +94,9 @@ impl Window {
             index,
             before: shown.open_clouds.clone(),
             base,
+            regions,
             running: None,
+            given: None,
             n_samples: 0,
             whole: None,
         })
@@ -106,6 +112,7 @@ impl Window {
         let values = self.plugins.tools.values.get(&run.name).cloned().unwrap_or_default();
         let (base, contents) = (run.base.clone(), unit.contents);
         run.n_samples = stroke.samples.len();
+        run.given = Some((values.clone(), stroke.clone()));
         let selection = self.led_over(&base);
         let started = CloudPart::along(&base, stroke, selection.as_deref())
             .map_err(|error| error.to_string())
@@ -143,7 +150,12 @@ impl Window {
         }
         match ended {
             Ended::Done(done) => {
-                if let (Some(edited), Some(run)) = (done.edited, &self.views.hands.stroke) {
+                let run = self.views.hands.stroke.as_ref();
+                if run.is_some_and(|run| run.regions.is_some()) {
+                    if let Err(line) = self.show_stroke_of_pyramid() {
+                        return self.fail_stroke(&line);
+                    }
+                } else if let (Some(edited), Some(run)) = (done.edited, run) {
                     let clouds = run.before.edited(run.index, edited.cloud.clone());
                     let selection = self.views.hands.selection_of(&run.base);
                     // What was moved is selected still.

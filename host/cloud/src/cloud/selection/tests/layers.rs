@@ -1,8 +1,17 @@
 //! Regions as they are kept, what of a ball they have, and edits that are done to parts.
 
 use super::*;
+use crate::cloud::edit::EditedCloud;
+use crate::cloud::part::CloudPart;
+use crate::cloud::provenance::ToolRun;
 use crate::cloud::transform::{Rotation, Transform};
+use glam::Vec3;
 use proptest::prelude::*;
+use serde_json::Map;
+use std::sync::Arc;
+use std::time::SystemTime;
+use surfelshop_api::params::Values;
+use surfelshop_api::{Dabs, Stroke, StrokeSample};
 
 /// Some region in a cube of about [-2, 2].
 fn region() -> impl Strategy<Value = Region> {
@@ -367,4 +376,102 @@ fn layers_are_read_as_they_were_written() {
     // They are other edits all the same, as of another file.
     assert_ne!(again, layer());
     assert_eq!(again, again.clone());
+}
+
+/// Gives surfels the material 7, or takes them away.
+#[derive(Debug)]
+struct Painter {
+    removes: bool,
+}
+
+impl StrokeTools for Painter {
+    fn check(&self, led: &NamedStroke) -> Result<(), String> {
+        if led.tool == "painter" { Ok(()) } else { Err("it is not there".to_owned()) }
+    }
+
+    fn lead(&self, _: &NamedStroke, part: CloudPart) -> Result<Option<EditedCloud>, String> {
+        let n = part.rows.len();
+        let material = Column::new("material", 1, Buffer::U32(vec![7; n]));
+        let made = ToolRun::new("painter".into(), "1".into(), &Values::new(), SystemTime::now());
+        let edited = EditedCloud {
+            cloud: part.cloud.with_columns(vec![material]).unwrap(),
+            columns: vec!["material".to_owned()],
+            whole: None,
+            kept: None,
+            n_added: 0,
+        };
+        let none = part.cloud.keep(&vec![false; n]).unwrap();
+        let removed = EditedCloud {
+            cloud: none,
+            columns: Vec::new(),
+            kept: Some(vec![false; n]),
+            ..edited.clone()
+        };
+        let edited = if self.removes { removed } else { edited };
+        part.put_back(&edited, made).map(Some).map_err(|error| error.to_string())
+    }
+}
+
+/// Invariant: a tool that is led over a part of a cloud does there what it does to the whole
+#[test]
+fn strokes_over_parts_are_those_over_the_whole() {
+    let place = |x| StrokeSample {
+        place: DVec3::new(x, 2.1, 1.0),
+        normal: Vec3::ZERO,
+        time: 0.0,
+        pressure: 1.0,
+    };
+    let dabs = Dabs { reach: surfelshop_api::Reach::Volume, ..Dabs::USUAL };
+    let stroke = Stroke { radius: 0.15, dabs, samples: vec![place(-0.2), place(0.4)] };
+    let led = |tool: &str| {
+        let led = NamedStroke { tool: tool.to_owned(), values: Map::new(), stroke: stroke.clone() };
+        LayerChange::Stroke(led)
+    };
+    // The cloud is moved up by two, and one to the front; of its surfels those on the right are selected.
+    let translation = DVec3::new(0.0, 2.0, 1.0);
+    let right = Region::Plane { point: DVec3::ZERO, normal: DVec3::X };
+    let select = RegionSelection {
+        placed: Transform { translation, ..Transform::default() },
+        steps: vec![RegionStep::Take { how: Combine::Add, region: right }],
+    };
+    let set = LayerChange::Set { column: "material".to_owned(), values: vec![0.0] };
+    let base = EditLayer::default().with(RegionSelection::default(), set);
+    for removes in [false, true] {
+        let layer =
+            base.with(select.clone(), led("painter")).with_tools(Arc::new(Painter { removes }));
+        assert!(layer.check(&cloud()).is_ok());
+        let whole = layer.applied(cloud(), None, HiddenOnes::LeftOut).unwrap();
+        let painted = |cloud: &Cloud| {
+            let Some(Buffer::U32(all)) = cloud.column("material").map(Column::values) else {
+                panic!()
+            };
+            all.iter().filter(|&&material| material == 7).count()
+        };
+        let n_gone = 200 - whole.len();
+        assert_eq!((painted(&whole) > 0, n_gone > 0), (!removes, removes));
+        let (mut in_parts, mut gone_of_parts, mut n_idle) = (0, 0, 0);
+        for row in 0..20 {
+            let mask: Vec<bool> = (0..200).map(|i| i / 10 == row).collect();
+            let part = cloud().keep(&mask).unwrap();
+            let at = part.positions()[0];
+            let ball = (DVec3::new(0.0, at.y.into(), at.z.into()), 0.46);
+            n_idle += usize::from(layer.version(ball, |_| true) == base.version(ball, |_| true));
+            let told = layer.applied(part, Some(ball), HiddenOnes::LeftOut).unwrap();
+            in_parts += painted(&told);
+            gone_of_parts += 10 - told.len();
+        }
+        assert_eq!((in_parts, gone_of_parts), (painted(&whole), n_gone));
+        assert!((5..20).contains(&n_idle), "{n_idle} parts are far from it");
+    }
+    // A tool that is not there, nobody to run it, and a column that the cloud lacks.
+    let tools = || Arc::new(Painter { removes: false });
+    let line = |layer: EditLayer| layer.check(&cloud()).unwrap_err().to_string();
+    let other = base.with(select.clone(), led("other"));
+    assert_eq!(line(other.with_tools(tools())), "tool `other`: it is not there");
+    let alone = base.with(select.clone(), led("painter"));
+    assert_eq!(line(alone), "tool `painter`: no tools are run here");
+    let lacking = EditLayer::default().with(select, led("painter")).with_tools(tools());
+    let bare = cloud().without_column("material");
+    let failed = lacking.applied(bare, None, HiddenOnes::LeftOut).unwrap_err().to_string();
+    assert!(failed.contains("it makes the column `material`, which the pyramid lacks"), "{failed}");
 }
