@@ -165,7 +165,7 @@ fn three(values: &[f32], i: u32) -> [f32; 3] {
 
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
-    /// columns' length; it is dropped before what needs most memory. Albedos and what varies over splats
+    /// columns' length; it is let go of before what needs most memory. Albedos and what varies over splats
     /// are in drawing order already. `report` hears how far it is, in [0, 1].
     #[must_use]
     pub fn new(
@@ -243,10 +243,11 @@ impl Columns {
     ) {
         self.pad_albedo(self.n_places);
         let merges = merging != Merging::No && matches!(self.shape, Shape::Radius(_));
-        let tree = level_of_detail::tree(self, merges, linear_of_srgb, report);
+        let how = (merges, merging == Merging::Repaintable);
+        let tree = level_of_detail::tree(self, how, linear_of_srgb, report);
         self.above = match merging {
             _ if !merges => Some(Above::default()),
-            Merging::Repaintable => tree.above.if_small(self.len),
+            Merging::Repaintable => tree.above.if_whole(),
             Merging::No | Merging::Once => None,
         };
         self.max_reach = tree.blocks.iter().map(|block| block.reach).fold(0.0, f32::max);

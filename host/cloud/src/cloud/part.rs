@@ -75,7 +75,8 @@ impl CloudPart {
 
     /// The surfels along a stroke, of those that are selected where some are. None may be: strokes go beside clouds.
     ///
-    /// A surfel's weight is the largest that a dab gives it, by the distance of its centre and the pressure. What comes
+    /// A surfel's weight is the largest that a dab gives it, by the distance of its centre, the pressure, and where only
+    /// those that face a side are concerned, by how far it is turned away. What comes
     /// of it depends on the cloud and the stroke alone.
     ///
     /// # Errors

@@ -39,6 +39,9 @@ pub(crate) struct Tree {
     pub(crate) above: Above,
 }
 
+/// A level of blocks: its first one, and its nodes.
+type Level = (usize, Vec<Node>);
+
 /// The levels of blocks above the parts, with what they are merged of.
 #[derive(Default)]
 pub(crate) struct Above {
@@ -48,7 +51,9 @@ pub(crate) struct Above {
     /// First block of each part.
     parts: Vec<usize>,
     /// From the blocks that are above a part each up to the one above all: the first block of the level, and its nodes.
-    levels: Vec<(usize, Vec<Node>)>,
+    levels: Vec<Level>,
+    /// Whether they were too large to be kept.
+    is_left_out: bool,
 }
 
 /// A block being made.
@@ -68,10 +73,10 @@ struct Part {
 }
 
 /// Makes blocks, and where surfels are to be merged appends merged ones to the columns: they take memory and time.
-/// `report` hears how far it is, in [0, 1].
+/// Where it `keeps` what these are merged of, levels above are left as far as they are small beside the cloud. `report` hears how far it is, in [0, 1].
 pub(crate) fn tree(
     columns: &mut Columns,
-    merges: bool,
+    (merges, keeps): (bool, bool),
     linear_of_srgb: &[f32; 256],
     report: &(dyn Fn(f32) + Sync),
 ) -> Tree {
@@ -125,7 +130,10 @@ pub(crate) fn tree(
             1 => Vec::new(),
             _ => level.par_chunks(BRANCH).enumerate().map(join).collect(),
         };
-        tree.above.levels.push((first, std::mem::replace(&mut level, larger)));
+        let made = std::mem::replace(&mut level, larger);
+        if keeps {
+            tree.above.keep((first, made), n);
+        }
         if level.is_empty() {
             return tree;
         }

@@ -6,7 +6,7 @@
 
 use super::block::Block;
 use super::merge::Sample;
-use super::{Above, BLOCK, BRANCH, Node, joined, part, places};
+use super::{Above, BLOCK, BRANCH, Level, Node, joined, part, places};
 use crate::columns::Columns;
 use crate::lanes::WIDTH;
 use rayon::prelude::*;
@@ -28,9 +28,19 @@ impl Above {
         self.levels.iter().flat_map(|(_, nodes)| nodes).map(|node| node.samples.len()).sum()
     }
 
-    /// Itself where it takes little beside so many surfels.
-    pub(crate) fn if_small(self, n_surfels: usize) -> Option<Self> {
-        (self.n_samples() <= n_surfels / KEPT).then_some(self)
+    /// Keeps a level of a cloud of so many surfels; none is once they take much beside it.
+    pub(super) fn keep(&mut self, level: Level, n_surfels: usize) {
+        let own: usize = level.1.iter().map(|node| node.samples.len()).sum();
+        self.is_left_out |= self.n_samples() + own > n_surfels / KEPT;
+        match self.is_left_out {
+            true => self.levels.clear(),
+            false => self.levels.push(level),
+        }
+    }
+
+    /// Itself, unless levels were left out.
+    pub(crate) fn if_whole(self) -> Option<Self> {
+        (!self.is_left_out).then_some(self)
     }
 }
 

@@ -161,8 +161,8 @@ impl Engine {
         self.columns.keep_whole_from(n_surfels);
     }
 
-    /// Has what clouds are drawn from kept together with what painted ones are made of: 4 bytes a surfel, and a few for
-    /// merged ones. Without it a change of one surfel's colour puts all in order anew.
+    /// Has what clouds are drawn from kept together with what painted ones are made of: 4 bytes a surfel, and for merged
+    /// ones mostly one, at most 8. Without it a change of one surfel's colour puts all in order anew.
     pub fn expect_edits(&mut self, expects: bool) {
         self.columns.expects_edits = expects;
     }

@@ -1,9 +1,8 @@
 //! Tools that edits of pyramids lead along strokes: loaded when the first stroke needs them.
 
 use crate::options::PluginFiles;
-use crate::session;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Handling, UnitKind};
@@ -22,29 +21,32 @@ type Found = Result<Arc<LoadedUnit>, String>;
 #[derive(Debug)]
 pub struct LedTools {
     plugins: PluginFiles,
-    registry: OnceLock<Result<Registry, String>>,
-    found: Mutex<HashMap<String, Found>>,
+    /// Tools that were loaded.
+    found: Mutex<HashMap<String, Arc<LoadedUnit>>>,
 }
 
 impl LedTools {
     /// The tools of these plugins.
     #[must_use]
     pub fn new(plugins: &PluginFiles) -> Arc<dyn StrokeTools> {
-        Arc::new(Self {
-            plugins: plugins.clone(),
-            registry: OnceLock::new(),
-            found: Mutex::default(),
-        })
+        Arc::new(Self { plugins: plugins.clone(), found: Mutex::default() })
     }
 
     fn found(&self, tool: &str) -> Found {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        found.entry(tool.to_owned()).or_insert_with(|| self.load(tool)).clone()
+        if let Some(known) = found.get(tool) {
+            return Ok(Arc::clone(known));
+        }
+        // One that cannot be loaded may be by the next stroke.
+        let unit = self.load(tool)?;
+        found.insert(tool.to_owned(), Arc::clone(&unit));
+        Ok(unit)
     }
 
     fn load(&self, tool: &str) -> Found {
-        let search = || session::registry(&self.plugins).map_err(|error| format!("{error:#}"));
-        let registry = self.registry.get_or_init(search).as_ref().map_err(Clone::clone)?;
+        // Other plugins that are refused do not matter here.
+        let search = self.plugins.search().map_err(|error| format!("{error:#}"))?;
+        let registry = Registry::scan(&search);
         let reference = registry.find(UnitKind::Tool, tool).map_err(|error| error.to_string())?;
         let unit = reference.load(&self.plugins.patience()).map_err(|error| error.to_string())?;
         match unit.description.handling {

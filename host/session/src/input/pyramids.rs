@@ -56,6 +56,8 @@ pub struct OpenPyramid {
     /// The whole as the file has it, as one cloud.
     whole: Cloud,
     layer: Arc<KnownLayer>,
+    /// The whole with the edits, where they hide nothing.
+    edited: Option<Cloud>,
     /// What does strokes of edits, where tools are run.
     tools: Option<Arc<dyn StrokeTools>>,
     nodes: Arc<Nodes>,
@@ -169,6 +171,7 @@ fn opened(
         whole: cloud.clone(),
         transform,
         layer,
+        edited: Some(cloud.clone()),
         tools: None,
         overview: generation(&cloud),
         budget,
@@ -242,13 +245,14 @@ impl OpenPyramid {
         layer.check(&self.whole)?;
         let pyramid = self.nodes.pyramid();
         let layer = Arc::new(KnownLayer { edits: layer, known: Mutex::default() });
-        let (cloud, left) = self.overview_of(&layer)?;
+        let (cloud, left, edited) = self.overview_of(&layer)?;
         // It is told apart from the one before even where it is the same.
         let positions =
             cloud.column(POSITION).map(|old| Column::new(POSITION, 3, old.values().clone()));
         let cloud = cloud.with_columns(positions.into_iter().collect())?;
         let cloud = cloud.transformed(&self.transform)?;
         let edited = Self {
+            edited: edited.filter(|_| !layer.edits.hides()),
             look: look(pyramid, self.transform, &layer, None),
             overview: generation(&cloud),
             layer,
@@ -259,13 +263,18 @@ impl OpenPyramid {
         Ok((cloud, edited))
     }
 
-    /// The cloud that stands for what edits leave, and about which share that is.
-    fn overview_of(&self, layer: &KnownLayer) -> anyhow::Result<(Cloud, f64)> {
+    /// The cloud that stands for what edits leave, about which share that is, and the whole with the edits where this is it.
+    fn overview_of(&self, layer: &KnownLayer) -> anyhow::Result<(Cloud, f64, Option<Cloud>)> {
         let pyramid = self.nodes.pyramid();
-        let cloud = layer.edits.applied(self.whole.clone(), None, HiddenOnes::LeftOut)?;
+        // Mostly one edit follows those that are there.
+        let since = layer.edits.since(&self.layer.edits);
+        let cloud = match self.edited.clone().zip(since) {
+            Some((edited, rest)) => rest.applied(edited, None, HiddenOnes::LeftOut)?,
+            None => layer.edits.applied(self.whole.clone(), None, HiddenOnes::LeftOut)?,
+        };
         let left = cloud.len() as f64 / self.whole.len().max(1) as f64;
         if cloud.len() as u64 >= LEAST_OVERVIEW.min(self.whole.len() as u64) {
-            return Ok((cloud, left));
+            return Ok((cloud.clone(), left, Some(cloud)));
         }
         // Of a small part the whole says too little.
         let most = if pyramid.is_in_place() { OVERVIEW_IN_PLACE } else { OVERVIEW };
@@ -283,10 +292,10 @@ impl OpenPyramid {
                 anyhow::bail!("the edits would leave none of {n} surfels");
             }
             // Few surfels may be left anywhere, which merged ones do not show.
-            return Ok((self.whole.clone(), left));
+            return Ok((self.whole.clone(), left, None));
         };
         let cloud = cloud.with_source(self.whole.source().clone());
-        Ok((cloud.with_object(self.whole.object()), left))
+        Ok((cloud.with_object(self.whole.object()), left, None))
     }
 
     /// The same pyramid coloured and filtered; `overview` stands for it then.

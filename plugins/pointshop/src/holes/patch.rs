@@ -65,6 +65,10 @@ const FEW: f64 = 0.05;
 const BESIDE: f64 = 1.5;
 const OFF: f64 = 0.7;
 
+/// Spacings around a new surfel in which discs over it are looked for, and the share of their radii that is not their rim.
+const LAYER: f64 = 1.5;
+const WITHIN: f64 = 0.7;
+
 /// Share of the rim of a hole that others must lie beside: what only looks like a hole, as layers one above
 /// the other do, has few.
 const SURROUNDED: f64 = 0.4;
@@ -118,7 +122,13 @@ pub(crate) fn filled(
     if new.is_empty() {
         return Outcome::NoHole;
     }
-    if band.continues_in(&new, surfels) { Outcome::Filled(new) } else { Outcome::Folded }
+    if !band.continues_in(&new, surfels) {
+        return Outcome::Folded;
+    }
+    // What another layer closes, as where scans overlap, is no hole.
+    let own: HashSet<u32> = covering.iter().map(|member| member.index).collect();
+    new.retain(|surfel| !band.is_closed_at(surfel, surfels, (search, &own)));
+    if new.is_empty() { Outcome::NoHole } else { Outcome::Filled(new) }
 }
 
 impl Band {
@@ -180,6 +190,26 @@ impl Band {
         // The rim of a round hole of as many surfels has so many beside it.
         let rim = 2.0 * (PI * new.len() as f64).sqrt();
         f64::from(n) >= SURROUNDED * rim && f64::from(n_off as u32) <= FEW_OFF * f64::from(n)
+    }
+
+    /// Whether a disc of another layer lies over a new surfel's place, and not only with its rim.
+    fn is_closed_at(
+        &self,
+        new: &NewSurfel,
+        surfels: &Surfels,
+        (search, own): (&Search, &HashSet<u32>),
+    ) -> bool {
+        search.any(new.place, LAYER * self.spacing, |found| {
+            let i = found.index as usize;
+            let (offset, normal) = (new.place - surfels.places[i], surfels.normals[i]);
+            let above = offset.dot(normal);
+            let radius = surfels.radii.get(i).copied().unwrap_or(0.0);
+            let beside = (offset - above * normal).length();
+            !own.contains(&found.index)
+                && normal.dot(new.normal) > STEEP
+                && above.abs() < OFF * self.spacing
+                && beside < WITHIN * radius
+        })
     }
 
     /// The surfels of the surface that the border is one of, as far as the border reaches: those

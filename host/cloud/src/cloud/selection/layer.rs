@@ -124,6 +124,15 @@ impl EditLayer {
         Self { tools: Some(tools), ..self }
     }
 
+    /// The edits that follow those of another layer, where it has these first.
+    #[must_use]
+    pub fn since(&self, before: &Self) -> Option<Self> {
+        let (first, rest) = self.edits.split_at_checked(before.edits.len())?;
+        let ids = |edits: &[Arc<LayerEdit>]| edits.iter().map(|edit| edit.id).collect::<Vec<_>>();
+        (ids(first) == ids(&before.edits))
+            .then(|| Self { edits: rest.to_vec(), tools: self.tools.clone() })
+    }
+
     /// The same with all shown that is hidden.
     #[must_use]
     pub fn showing_all(&self) -> Self {
@@ -169,6 +178,7 @@ impl EditLayer {
             LayerChange::Stroke(led) => {
                 let failed = |line| SelectionError::Tool { tool: led.tool.clone(), line };
                 self.tools(led)?.check(led).map_err(failed)?;
+                led.check(&one)?;
                 Ok(one)
             }
             LayerChange::Set { column, values } => {

@@ -43,6 +43,10 @@ pub trait StrokeTools: Debug + Send + Sync {
 /// Columns that say where surfels are, how large and how turned: merged ones follow from them.
 const PLACES: [&str; 5] = [POSITION, NORMAL, RADIUS, TANGENT_U, TANGENT_V];
 
+/// Most samples of a stroke of a layer, and dabs: a hand makes some hundreds, and each is looked at for each surfel near
+/// it.
+const MOST_DABS: usize = 1 << 14;
+
 impl NamedStroke {
     /// Whether it was made with a tool.
     #[must_use]
@@ -84,6 +88,52 @@ impl NamedStroke {
             || samples.windows(2).any(|ends| is_near(from_line(ends[0].place, ends[1].place)))
     }
 
+    /// Whether what a tool made of a part of a cloud can be an edit of a layer.
+    ///
+    /// # Errors
+    /// Where it moved surfels, added some, or made a column that the cloud lacks.
+    pub fn allows(&self, cloud: &Cloud, edited: &EditedCloud) -> Result<(), SelectionError> {
+        let failed = |line: String| Err(SelectionError::Tool { tool: self.tool.clone(), line });
+        if edited.n_added > 0 {
+            return failed("expected values or removals, found new surfels".to_owned());
+        }
+        for name in &edited.columns {
+            if PLACES.contains(&name.as_str()) {
+                return failed(format!(
+                    "expected a tool that leaves surfels where they are, found another `{name}`"
+                ));
+            }
+            if cloud.column(name).is_none() {
+                return failed(format!(
+                    "it makes the column `{name}`, which the pyramid lacks; select all and set its value first"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it can be followed, and is no longer than what is followed in a moment.
+    ///
+    /// # Errors
+    /// A line why not.
+    pub(super) fn check(&self, cloud: &Cloud) -> Result<(), SelectionError> {
+        let Stroke { radius, dabs, samples } = &self.stroke;
+        let length: f64 =
+            samples.windows(2).map(|ends| ends[0].place.distance(ends[1].place)).sum();
+        let n_dabs = length / (radius * f64::from(dabs.spacing));
+        if samples.len() > MOST_DABS || n_dabs > MOST_DABS as f64 {
+            return Err(SelectionError::Tool {
+                tool: self.tool.clone(),
+                line: format!(
+                    "expected a stroke of at most {MOST_DABS} samples and dabs, found {} and {n_dabs:.0}",
+                    samples.len()
+                ),
+            });
+        }
+        CloudPart::along(cloud, &self.stroke, None)?;
+        Ok(())
+    }
+
     /// Does it to a cloud as its file has it, which `placed` puts into the world, and to what is chosen of it. Gives which
     /// surfels are left, where some are gone.
     ///
@@ -104,23 +154,9 @@ impl NamedStroke {
         let Some(edited) = tools.lead(self, part).map_err(failed)? else {
             return Ok((cloud.clone(), None));
         };
-        if edited.n_added > 0 {
-            return Err(failed("expected values or removals, found new surfels".to_owned()));
-        }
-        let mut columns = Vec::new();
-        for name in &edited.columns {
-            if PLACES.contains(&name.as_str()) {
-                return Err(failed(format!(
-                    "expected a tool that leaves surfels where they are, found another `{name}`"
-                )));
-            }
-            if cloud.column(name).is_none() {
-                return Err(failed(format!(
-                    "it makes the column `{name}`, which the pyramid lacks; select all and set its value first"
-                )));
-            }
-            columns.extend(edited.cloud.column(name).cloned());
-        }
+        self.allows(cloud, &edited)?;
+        let columns = edited.columns.iter().filter_map(|name| edited.cloud.column(name).cloned());
+        let columns = columns.collect();
         let kept = match &edited.kept {
             Some(kept) => cloud.keep(kept)?,
             None => cloud.clone(),

@@ -187,7 +187,7 @@ fn a_tool_is_led_over_a_pyramid() {
     // Surfels of pyramids are not moved.
     screen.window().take_tool("inflate".to_owned());
     screen.settle();
-    drag(&mut screen, &[MIDDLE + vec2(160.0, 40.0), MIDDLE + vec2(180.0, 60.0)], Modifiers::NONE);
+    drag(&mut screen, &[MIDDLE + vec2(110.0, 20.0), MIDDLE + vec2(115.0, 40.0)], Modifiers::NONE);
     let said = screen.window().messages.last().unwrap().to_owned();
     assert!(
         said.contains("the stroke was undone") && said.contains("leaves surfels where they are"),

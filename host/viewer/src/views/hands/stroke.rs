@@ -7,10 +7,12 @@ use crate::plugins::{Readiness, mark_in_use};
 use crate::render_thread::mark_abandoned;
 use crate::window::Window;
 use eframe::egui::Context;
+use std::sync::Arc;
 use std::time::Duration;
+use surfelshop_api::columns::COLOR;
 use surfelshop_api::{Handling, Stroke, UnitKind};
 use surfelshop_cloud::display::ColorBy;
-use surfelshop_cloud::{Cloud, CloudPart, Column};
+use surfelshop_cloud::{Cloud, CloudPart};
 use surfelshop_runtime::plugins::UnitState;
 use surfelshop_runtime::tools::{Ended, Running};
 
@@ -97,6 +99,7 @@ impl Window {
             regions,
             running: None,
             given: None,
+            paints: false,
             n_samples: 0,
             whole: None,
         })
@@ -113,9 +116,16 @@ impl Window {
         let (base, contents) = (run.base.clone(), unit.contents);
         run.n_samples = stroke.samples.len();
         run.given = Some((values.clone(), stroke.clone()));
-        let selection = self.led_over(&base);
-        let started = CloudPart::along(&base, stroke, selection.as_deref())
+        let selection = match &run.regions {
+            Some(regions) => regions.select_in_world(&base).map(|some| Some(Arc::new(some))),
+            None => Ok(self.led_over(&base)),
+        };
+        let started = selection
             .map_err(|error| error.to_string())
+            .and_then(|some| {
+                let part = CloudPart::along(&base, stroke, some.as_deref());
+                part.map_err(|error| error.to_string())
+            })
             .and_then(|part| {
                 let options = self.plugins.tools.options();
                 let running = Running::start_on(unit, &values, part, Some(stroke.clone()), options);
@@ -150,9 +160,15 @@ impl Window {
         }
         match ended {
             Ended::Done(done) => {
+                let columns = done.edited.as_ref().map(|edited| &edited.columns[..]);
+                let paints = columns.is_some_and(|all| all.iter().any(|name| name == COLOR));
+                if let Some(run) = &mut self.views.hands.stroke {
+                    run.paints |= paints;
+                }
                 let run = self.views.hands.stroke.as_ref();
                 if run.is_some_and(|run| run.regions.is_some()) {
-                    if let Err(line) = self.show_stroke_of_pyramid() {
+                    let shown = done.edited.map(|edited| self.show_stroke_of_pyramid(&edited));
+                    if let Some(Err(line)) = shown {
                         return self.fail_stroke(&line);
                     }
                 } else if let (Some(edited), Some(run)) = (done.edited, run) {
@@ -200,12 +216,7 @@ impl Window {
 
     /// Says where colours were painted that the colours of the view do not show.
     fn tell_of_hidden_colors(&mut self) {
-        let (Some(run), Some(shown)) = (&self.views.hands.stroke, &self.document.clouds) else {
-            return;
-        };
-        let color = |cloud: &Cloud| cloud.column("color").map(Column::generation);
-        let now = shown.open_clouds.all().get(run.index).map(|open| &open.loaded.cloud);
-        let is_painted = now.is_some_and(|now| color(now) != color(&run.base));
+        let is_painted = self.views.hands.stroke.as_ref().is_some_and(|run| run.paints);
         if is_painted && self.settings.color.by != ColorBy::File {
             self.views.hands.said += "; its colours do not show: the cloud is coloured by something else (Properties > colours)";
         }

@@ -1,11 +1,12 @@
 //! Strokes over pyramids: a tool runs over the node that is near, and what it does becomes an edit of the layer.
 
+use crate::document::generations;
 use crate::window::Window;
 use glam::DVec3;
 use std::sync::Arc;
 use surfelshop_api::Stroke;
 use surfelshop_cloud::selection::{Combine, LayerChange, Region, RegionSelection, RegionStep};
-use surfelshop_cloud::{Cloud, CloudPart};
+use surfelshop_cloud::{Cloud, CloudPart, EditedCloud};
 use surfelshop_session::input::strokes;
 
 /// Surfels of the nodes that are looked at, at most, and radii of the stroke around where it begins.
@@ -25,16 +26,17 @@ impl Window {
             let is_near =
                 |middle: DVec3, radius: f64| middle.distance(first.place) <= radius + reach;
             let nodes = hand.nodes_within(is_near, MOST_NEAR)?;
+            let regions = self.views.hands.regions_of(&hand.cloud);
+            let all = RegionStep::Take { how: Combine::Replace, region: Region::All };
+            let regions =
+                regions.map_or_else(|| hand.nothing().with(all), |regions| (*regions).clone());
+            let regions = self.shown_of(&hand, &regions);
             let concerned = |node: &Arc<Cloud>| {
-                CloudPart::along(node, stroke, None).map_or(0, |part| part.rows.len())
+                let chosen = regions.select_in_world(node).ok()?;
+                CloudPart::along(node, stroke, Some(&chosen)).ok().map(|part| part.rows.len())
             };
             let most = nodes.iter().map(|node| (concerned(node), node)).max_by_key(|(n, _)| *n);
-            if let Some((_, node)) = most.filter(|(n, _)| *n > 0) {
-                let regions = self.views.hands.regions_of(&hand.cloud);
-                let all = RegionStep::Take { how: Combine::Replace, region: Region::All };
-                let regions =
-                    regions.map_or_else(|| hand.nothing().with(all), |regions| (*regions).clone());
-                let regions = self.shown_of(&hand, &regions);
+            if let Some((_, node)) = most.filter(|(n, _)| n.is_some_and(|n| n > 0)) {
                 return Ok(Some((hand.index, (**node).clone(), Some(regions))));
             }
         }
@@ -45,7 +47,7 @@ impl Window {
     ///
     /// # Errors
     /// A line, where the edit cannot be.
-    pub(super) fn show_stroke_of_pyramid(&mut self) -> Result<(), String> {
+    pub(super) fn show_stroke_of_pyramid(&mut self, edited: &EditedCloud) -> Result<(), String> {
         let Some(run) = &self.views.hands.stroke else { return Ok(()) };
         let (Some(regions), Some((values, stroke))) = (&run.regions, &run.given) else {
             return Ok(());
@@ -54,15 +56,25 @@ impl Window {
         let Some(before) = before else { return Ok(()) };
         let tool = format!("{}/{}", run.reference.package, run.reference.id);
         let led = strokes::named(&tool, values, stroke.clone());
+        // Merged surfels may lie beside the stroke, and only finer ones tell.
+        led.allows(&run.base, edited).map_err(|error| error.to_string())?;
         let layer = before.layer().with(regions.clone(), LayerChange::Stroke(led));
         let (index, clouds) = (run.index, run.before.layered(run.index, layer));
         let clouds = clouds.map_err(|error| format!("{error:#}"))?;
         let hand = self.hand_pyramids().into_iter().find(|hand| hand.index == index);
-        let selected = hand.and_then(|hand| self.views.hands.regions_of(&hand.cloud));
+        let selected = hand.and_then(|hand| {
+            let regions = self.views.hands.regions_of(&hand.cloud)?;
+            Some((hand, regions))
+        });
+        let stood_before = run.before.all().get(index).map(|open| generations(&open.loaded.cloud));
         self.show_clouds(clouds);
         // What is selected stays so.
         let now = self.hand_pyramids().into_iter().find(|hand| hand.index == index);
-        if let Some((now, regions)) = now.zip(selected) {
+        if let Some((now, (hand, regions))) = now.zip(selected) {
+            // What stood for it a step ago is shown no more, unless undo brings it back.
+            if stood_before != Some(generations(&hand.cloud)) {
+                self.views.hands.set_selected(&hand.cloud, None);
+            }
             self.set_regions(&now, regions);
         }
         Ok(())

@@ -22,6 +22,8 @@ pub(super) struct StrokeRun {
     pub(super) running: Option<(Running, Contents)>,
     /// What the run that is under way or was the last is given: its parameters, and how much of the stroke.
     pub(super) given: Option<(Values, Stroke)>,
+    /// Whether it changed colours.
+    pub(super) paints: bool,
     /// Samples that the run that is under way or was the last knows.
     pub(super) n_samples: usize,
     /// The whole stroke, once it is over.
