@@ -7,8 +7,8 @@ use std::path::Path;
 use surfelshop_api::Scope;
 use surfelshop_cloud::selection::{EditLayer, HiddenOnes, LayerChange, RegionStep};
 use surfelshop_pyramid::{Pyramid, RemakeOptions, Rule, remake_leaves};
-use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::layers;
+use surfelshop_session::input::led_tools::LedTools;
 use surfelshop_session::input::scenes::Source;
 use surfelshop_session::options::select::regions;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &SelectArguments, source: &Source) -> anyhow::Resul
     let n_surfels = pyramid.directory().n_surfels;
     let before = match arguments.layer.as_ref().or(source.layer.as_ref()) {
         Some(path) => {
-            let tools = SessionFormats::new(&arguments.plugins).stroke_tools();
+            let tools = LedTools::new(&arguments.plugins);
             layers::read(path, n_surfels)?.with_tools(tools)
         }
         None => EditLayer::default(),

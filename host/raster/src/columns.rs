@@ -4,7 +4,7 @@ use crate::fields::Splats;
 use crate::lanes::{F, V, WIDTH};
 use crate::level_of_detail::block::Block;
 use crate::level_of_detail::merge::Sample;
-use crate::level_of_detail::{self, Above, repaint};
+use crate::level_of_detail::{self, Above};
 use fearless_simd::prelude::*;
 use half::f16;
 use std::sync::Arc;
@@ -59,7 +59,7 @@ impl Singles {
         self.0[place / WIDTH][place % WIDTH]
     }
 
-    fn put(&mut self, place: usize, value: f32) {
+    pub(crate) fn put(&mut self, place: usize, value: f32) {
         self.0[place / WIDTH][place % WIDTH] = value;
     }
 }
@@ -93,16 +93,6 @@ pub enum Merging {
     Repaintable,
 }
 
-/// What surfels are painted with from now on.
-pub struct Paint {
-    /// Their places, ascending.
-    pub places: Vec<u32>,
-    /// Albedos of these, stored as those that are there; the same one where they stay as they are.
-    pub albedo: Albedo,
-    /// Accessibilities of these; none where they stay as they are.
-    pub ao: Option<Vec<f32>>,
-}
-
 /// A cloud's columns, as they are drawn.
 ///
 /// A surfel's place is its number in drawing order; behind those of the cloud stand merged ones, which
@@ -126,7 +116,7 @@ pub struct Columns {
     /// Those that are not parts of others.
     pub(crate) roots: std::ops::Range<usize>,
     /// What painting needs; without it nothing is painted.
-    above: Option<Above>,
+    pub(crate) above: Option<Above>,
     /// The longest half axis of any surfel, scene units.
     pub(crate) max_reach: f32,
 }
@@ -277,42 +267,6 @@ impl Columns {
         self.stands_for.resize(self.n_places - padded(self.len), 0);
         self.pad_albedo(self.n_places);
         first
-    }
-
-    /// Gives surfels other albedos and accessibilities, and what they are merged to those that follow. Returns whether
-    /// that could be: else the columns are no longer right, and to be made anew.
-    pub fn repaint(&mut self, paint: &Paint, linear_of_srgb: &[f32; 256]) -> bool {
-        if paint.places.last().is_some_and(|last| *last as usize >= self.len) {
-            return false;
-        }
-        let places = || paint.places.iter().map(|place| *place as usize);
-        match (&mut self.albedo, &paint.albedo) {
-            (_, Albedo::Same(_)) => {}
-            (Albedo::Codes(all), Albedo::Codes(new)) => {
-                places().zip(new).for_each(|(place, code)| all[place] = *code);
-            }
-            (Albedo::Halves(all), Albedo::Halves(new)) => {
-                places().zip(new).for_each(|(place, halves)| all[place] = *halves);
-            }
-            _ => return false,
-        }
-        match (&mut self.ao, &paint.ao) {
-            (_, None) => {}
-            (Some(all), Some(new)) => {
-                places().zip(new).for_each(|(place, value)| all.put(place, *value));
-            }
-            (None, Some(_)) => return false,
-        }
-        let Some(mut above) = self.above.take() else { return false };
-        let merged = repaint::remerge(self, &mut above, &paint.places, linear_of_srgb);
-        self.above = merged.map(|()| above);
-        self.above.is_some()
-    }
-
-    /// Whether [`Self::repaint`] can change what is there.
-    #[must_use]
-    pub fn can_be_repainted(&self) -> bool {
-        self.above.is_some()
     }
 
     /// Gives a merged surfel an albedo and an accessibility.

@@ -33,10 +33,11 @@ mod tile;
 mod view;
 
 pub use cloud::Cloud;
-pub use columns::{Albedo, Columns, Merging, Paint, Sources, radius_drawn};
+pub use columns::{Albedo, Columns, Merging, Sources, radius_drawn};
 pub use coverage::{Coverage, Rectangle};
 pub use fields::Splats;
 pub use level_of_detail::merge::{Sample, merge_all, merge_neighbours};
+pub use level_of_detail::repaint::Paint;
 pub use picture::{Clocks, DrawCounts, Mode, Parts, Picture, Spent};
 pub use places::{Part, places};
 pub use view::View;

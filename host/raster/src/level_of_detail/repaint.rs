@@ -7,12 +7,22 @@
 use super::block::Block;
 use super::merge::Sample;
 use super::{Above, BLOCK, BRANCH, Level, Node, joined, part, places};
-use crate::columns::Columns;
+use crate::columns::{Albedo, Columns};
 use crate::lanes::WIDTH;
 use rayon::prelude::*;
 
 /// One sample of so many surfels is kept at most, for painting: a cloud whose surfels lie apart is merged of all of them.
 const KEPT: usize = 8;
+
+/// What surfels are painted with from now on.
+pub struct Paint {
+    /// Their places, ascending.
+    pub places: Vec<u32>,
+    /// Albedos of these, stored as those that are there; the same one where they stay as they are.
+    pub albedo: Albedo,
+    /// Accessibilities of these; none where they stay as they are.
+    pub ao: Option<Vec<f32>>,
+}
 
 /// A part of the tree or a block above, made again: the number of the block, and what it is made of.
 type Remade = (usize, Node);
@@ -46,7 +56,7 @@ impl Above {
 
 /// Makes merged surfels anew that stand for surfels at these places, in ascending order. `None` where others would be
 /// merged than are: then all columns are to be made anew.
-pub(crate) fn remerge(
+fn remerge(
     columns: &mut Columns,
     above: &mut Above,
     changed: &[u32],
@@ -111,6 +121,42 @@ impl Above {
 }
 
 impl Columns {
+    /// Gives surfels other albedos and accessibilities, and what they are merged to those that follow. Returns whether
+    /// that could be: else the columns are no longer right, and to be made anew.
+    pub fn repaint(&mut self, paint: &Paint, linear_of_srgb: &[f32; 256]) -> bool {
+        if paint.places.last().is_some_and(|last| *last as usize >= self.len()) {
+            return false;
+        }
+        let places = || paint.places.iter().map(|place| *place as usize);
+        match (&mut self.albedo, &paint.albedo) {
+            (_, Albedo::Same(_)) => {}
+            (Albedo::Codes(all), Albedo::Codes(new)) => {
+                places().zip(new).for_each(|(place, code)| all[place] = *code);
+            }
+            (Albedo::Halves(all), Albedo::Halves(new)) => {
+                places().zip(new).for_each(|(place, halves)| all[place] = *halves);
+            }
+            _ => return false,
+        }
+        match (&mut self.ao, &paint.ao) {
+            (_, None) => {}
+            (Some(all), Some(new)) => {
+                places().zip(new).for_each(|(place, value)| all.put(place, *value));
+            }
+            (None, Some(_)) => return false,
+        }
+        let Some(mut above) = self.above.take() else { return false };
+        let merged = remerge(self, &mut above, &paint.places, linear_of_srgb);
+        self.above = merged.map(|()| above);
+        self.above.is_some()
+    }
+
+    /// Whether [`Self::repaint`] can change what is there.
+    #[must_use]
+    pub fn can_be_repainted(&self) -> bool {
+        self.above.is_some()
+    }
+
     /// Gives the merged surfels of a block the albedos and accessibilities of these samples; `None` where they are
     /// others.
     fn repaint_merged(&mut self, block: usize, samples: &[Sample]) -> Option<()> {

@@ -3,6 +3,7 @@
 use crate::input::budget::Budget;
 use crate::input::formats::SessionFormats;
 use crate::input::layers;
+use crate::input::led_tools::LedTools;
 use crate::input::pyramids::{self, OpenPyramid};
 use crate::input::scenes::Source;
 use crate::options::camera::{Extent, N_DIRECTIONS, directions};
@@ -64,7 +65,7 @@ impl Clouds {
         let mut pyramids = Vec::new();
         let n_pyramids = sources.iter().filter(|source| is_pyramid_file(&source.path)).count();
         let budget = Budget::default().divided(n_pyramids);
-        let tools = in_place.map(SessionFormats::stroke_tools);
+        let tools = in_place.map(|formats| LedTools::new(formats.plugins()));
         for source in sources {
             let Source { path, transform, place, .. } = source;
             let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());

@@ -1,13 +1,11 @@
 //! The formats of plugins, found when a file needs one.
 
-use crate::input::led_tools::LedTools;
 use crate::options::{LensArguments, PluginFiles, UpAxis};
 use crate::output::terminal;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::format::{CloudSourceHost, FileHost, UpAxis as FileUpAxis};
 use surfelshop_api::params::{Value, Values};
-use surfelshop_cloud::selection::StrokeTools;
 use surfelshop_cloud::{
     FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
 };
@@ -54,10 +52,10 @@ impl SessionFormats {
         })
     }
 
-    /// The tools of the same plugins, for strokes over pyramids.
+    /// The plugins that options name.
     #[must_use]
-    pub fn stroke_tools(&self) -> Arc<dyn StrokeTools> {
-        LedTools::new(&self.plugins)
+    pub fn plugins(&self) -> &PluginFiles {
+        &self.plugins
     }
 
     /// Formats that were loaded so far: none where every file was of a built-in format.

@@ -1,10 +1,11 @@
 //! Columns on the device: shared by every view, dropped when unused.
 
 pub(crate) mod arranging;
+pub(crate) mod changed;
 pub(crate) mod demand;
 pub(crate) mod elements;
-pub(crate) mod kept_order;
 pub(crate) mod order;
+pub(crate) mod orders;
 pub(crate) mod patch;
 pub(crate) mod radii;
 pub(crate) mod upload;
@@ -12,8 +13,8 @@ pub(crate) mod usage;
 
 use crate::surfels::columns::demand::{ColumnDemand, DemandHistory, KEPT_FRAMES};
 use crate::surfels::columns::elements::{clips_of, cuts, drawn_generation, fields_of};
-use crate::surfels::columns::kept_order::{Order, ordered_by};
 use crate::surfels::columns::order::drawing_order;
+use crate::surfels::columns::orders::{Order, order_as_before, ordered_by};
 use crate::surfels::columns::radii::Radii;
 use crate::surfels::cpu::columns::{OnHost, columns_drawn};
 use crate::surfels::render_cloud::ChunkBuffers;
@@ -235,7 +236,7 @@ impl Columns {
         let at = match self.orders.iter().position(|order| order.of == of) {
             Some(at) => at,
             None => {
-                let order = self.order_as_before(cloud, &of)?;
+                let order = order_as_before(&self.orders, cloud, &of)?;
                 self.orders.push(order);
                 self.orders.len() - 1
             }

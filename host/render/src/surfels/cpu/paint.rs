@@ -2,7 +2,7 @@
 //! changed where they stand, and what they are merged to.
 
 use crate::surfels::columns::Columns;
-use crate::surfels::columns::patch::{few, places_of};
+use crate::surfels::columns::changed::{few, places_of};
 use crate::surfels::cpu::LINEAR_OF_SRGB;
 use crate::surfels::cpu::columns::{Drawn, OnHost};
 use std::sync::Arc;

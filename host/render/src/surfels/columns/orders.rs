@@ -1,9 +1,8 @@
 //! Orders that are kept where edits are expected: a cloud that differs in attributes of some surfels is in the order of
 //! the one before.
 
-use crate::surfels::columns::Columns;
+use crate::surfels::columns::changed::{few, places_of};
 use crate::surfels::columns::order::{TIE_BREAKERS, attributes_in_order};
-use crate::surfels::columns::patch::{few, places_of};
 use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView};
 use surfelshop_cloud::changed_rows;
@@ -37,24 +36,25 @@ fn stand_alike(one: &OrderedBy, other: &OrderedBy) -> bool {
         && one.iter().zip(other).all(|(a, b)| a.0 == b.0 && (a.1 == b.1 || !decides(a.0)))
 }
 
-impl Columns {
-    /// The order of a cloud that follows from these columns, where it is a kept one's: all that differs is attributes of
-    /// few surfels, which decide nothing.
-    pub(crate) fn order_as_before(&self, cloud: &CloudView<'_>, of: &OrderedBy) -> Option<Order> {
-        self.orders.iter().rev().find_map(|known| {
-            let indices = known.indices.as_ref().filter(|_| stand_alike(&known.of, of))?;
-            let differing = known.of.iter().zip(of).filter(|(known, own)| known != own);
-            let mut rows = Vec::new();
-            for ((_, one), (_, other)) in differing {
-                rows.extend(changed_rows(*one, *other)?);
-            }
-            if !few(rows.len(), cloud.len) {
-                return None;
-            }
-            let places = places_of(&rows, indices);
-            let (of, indices) = (of.clone(), Some(Arc::clone(indices)));
-            attributes_in_order(cloud, known.indices.as_ref()?, &places, known.n_whole)
-                .then_some(Order { of, indices, ..*known })
-        })
-    }
+/// The order of a cloud that follows from these columns, where it is a known one's: all that differs is attributes of few
+/// surfels, which decide nothing.
+pub(crate) fn order_as_before(
+    orders: &[Order],
+    cloud: &CloudView<'_>,
+    of: &OrderedBy,
+) -> Option<Order> {
+    orders.iter().rev().find_map(|known| {
+        let indices = known.indices.as_ref().filter(|_| stand_alike(&known.of, of))?;
+        let differing = known.of.iter().zip(of).filter(|(known, own)| known != own);
+        let mut rows = Vec::new();
+        for ((_, one), (_, other)) in differing {
+            rows.extend(changed_rows(*one, *other)?);
+        }
+        if !few(rows.len(), cloud.len) {
+            return None;
+        }
+        let places = places_of(&rows, indices);
+        let is_same = attributes_in_order(cloud, indices, &places, known.n_whole);
+        is_same.then(|| Order { of: of.clone(), indices: Some(Arc::clone(indices)), ..*known })
+    })
 }
