@@ -120,7 +120,7 @@ fn a_cloud_is_edited_by_hand_saved_opened_again_and_done_again_on_the_command_li
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let before = clouds::sphere(30_000, 1.0).cloud();
-    write(&path("ball.ply"), &before, &WriteOptions::default()).unwrap();
+    write(path("ball.ply"), &before, &WriteOptions::default()).unwrap();
     let scene = path("session.scene.toml");
     std::fs::write(&scene, "format = 1\n[[clouds]]\npath = 'ball.ply'\n").unwrap();
     let screen = Screen::start([1280, 800]);

@@ -4,6 +4,7 @@ use crate::arguments::SelectArguments;
 use crate::select::said;
 use anyhow::{anyhow, bail};
 use std::path::Path;
+use std::sync::Arc;
 use surfelshop_api::Scope;
 use surfelshop_cloud::selection::{EditLayer, HiddenOnes, LayerChange, RegionStep};
 use surfelshop_pyramid::{Pyramid, RemakeOptions, Rule, remake_leaves};
@@ -27,7 +28,7 @@ pub(crate) fn run(arguments: &SelectArguments, source: &Source) -> anyhow::Resul
     let n_surfels = pyramid.directory().n_surfels;
     let before = match arguments.layer.as_ref().or(source.layer.as_ref()) {
         Some(path) => {
-            let tools = LedTools::new(&arguments.plugins);
+            let tools = Arc::new(LedTools::new(&arguments.plugins));
             layers::read(path, n_surfels)?.with_tools(tools)
         }
         None => EditLayer::default(),

@@ -284,7 +284,7 @@ fn halves([r, g, b]: [f32; 3]) -> [f16; 4] {
 fn painting_is_putting_in_order_anew() {
     const N: usize = 400_000;
     let before = |i: usize| ([0.2, (i % 13) as f32 / 13.0, 0.5], (i % 11) as f32 / 10.0);
-    let is_painted = |i: usize| (70_000..70_400).contains(&i) || i % 190_001 == 0;
+    let is_painted = |i: usize| (70_000..70_400).contains(&i) || i.is_multiple_of(190_001);
     let after =
         |i: usize| if is_painted(i) { ([1.0, 0.25, (i % 5) as f32], 0.3) } else { before(i) };
     let places: Vec<u32> = (0..N as u32).filter(|&i| is_painted(i as usize)).collect();

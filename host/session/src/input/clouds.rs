@@ -15,6 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
 use surfelshop_api::{CloudFacts, CloudView};
+use surfelshop_cloud::selection::StrokeTools;
 use surfelshop_cloud::{Cloud, Loaded, ReadError};
 use surfelshop_pyramid::is_pyramid_file;
 
@@ -65,7 +66,8 @@ impl Clouds {
         let mut pyramids = Vec::new();
         let n_pyramids = sources.iter().filter(|source| is_pyramid_file(&source.path)).count();
         let budget = Budget::default().divided(n_pyramids);
-        let tools = in_place.map(|formats| LedTools::new(formats.plugins()));
+        let tools = in_place
+            .map(|formats| -> Arc<dyn StrokeTools> { Arc::new(LedTools::new(formats.plugins())) });
         for source in sources {
             let Source { path, transform, place, .. } = source;
             let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());

@@ -28,8 +28,8 @@ pub struct LedTools {
 impl LedTools {
     /// The tools of these plugins.
     #[must_use]
-    pub fn new(plugins: &PluginFiles) -> Arc<dyn StrokeTools> {
-        Arc::new(Self { plugins: plugins.clone(), found: Mutex::default() })
+    pub fn new(plugins: &PluginFiles) -> Self {
+        Self { plugins: plugins.clone(), found: Mutex::default() }
     }
 
     fn found(&self, tool: &str) -> Found {

@@ -23,6 +23,9 @@ const NEAR: f64 = 1.0;
 const TURN: f64 = 40.0;
 const MOVE: [f64; 3] = [0.2, 0.1, 0.1];
 
+/// What of two solids, by whether a place is in each.
+type Within = fn(bool, bool) -> bool;
+
 /// Triangles.
 struct Solid(Vec<[DVec3; 3]>);
 
@@ -217,7 +220,7 @@ fn measure(mesh: &Mesh, file: &Path) -> Result<()> {
     };
     say("the first alone", own.len(), &rays(&solids, &pieces_of, spacing, &|own, _| own));
     say("the second alone", own.len(), &rays(&solids, &other, spacing, &|_, other| other));
-    let operations: [(&str, fn(bool, bool) -> bool); 3] =
+    let operations: [(&str, Within); 3] =
         [("union", |a, b| a || b), ("intersection", |a, b| a && b), ("difference", |a, b| a && !b)];
     for (name, is_in) in operations {
         let operation = format!("operation={name}");

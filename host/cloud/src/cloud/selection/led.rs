@@ -8,6 +8,7 @@ use crate::cloud::transform::Transform;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
+use std::cmp::Ordering;
 use std::fmt::Debug;
 use surfelshop_api::Stroke;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V};
@@ -77,7 +78,7 @@ impl NamedStroke {
         let Stroke { radius: own, samples, .. } = &self.stroke;
         // What rounding does is far less; a ball without numbers may be anywhere.
         let reach = (radius + own) * (1.0 + 1e-9);
-        let is_near = |distance: f64| !(distance > reach);
+        let is_near = |distance: f64| distance.partial_cmp(&reach) != Some(Ordering::Greater);
         let from_line = |a: DVec3, b: DVec3| {
             let (from, along) = (middle - a, b - a);
             let share = (from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
