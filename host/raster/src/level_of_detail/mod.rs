@@ -73,7 +73,8 @@ struct Part {
 }
 
 /// Makes blocks, and where surfels are to be merged appends merged ones to the columns: they take memory and time.
-/// Where it `keeps` what these are merged of, levels above are left as far as they are small beside the cloud. `report` hears how far it is, in [0, 1].
+/// Where it `keeps` what these are merged of, levels above are left as far as they are small beside the cloud.
+/// `report` hears how far it is, in [0, 1].
 pub(crate) fn tree(
     columns: &mut Columns,
     (merges, keeps): (bool, bool),

@@ -46,7 +46,7 @@ pub(crate) struct Columns {
     pub(crate) queue: wgpu::Queue,
     pub(crate) uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
     pub(crate) on_host: Vec<OnHost>,
-    pub(crate) orders: Vec<Order>,
+    orders: Vec<Order>,
     pub(crate) radii: Radii,
     wishes: DemandHistory,
     /// Clouds of so many surfels and more have all their columns.
