@@ -5,6 +5,18 @@
 
 const MAX_LIGHTS = 8;
 
+// What the scene has, which the host says of every pass. More lights than one; without, software drivers need
+// not gather lights by a number that may differ from pixel to pixel.
+override SEVERAL: bool = true;
+// Lights that have a place.
+override PLACED: bool = true;
+
+// Whether loops over the lights end after the first: `if light::is_alone() { break; }` at their end lets compilers
+// take such a loop for none.
+fn is_alone() -> bool {
+    return !SEVERAL;
+}
+
 struct Light {
     // Unit vector towards the light, world-oriented; of a light that has a place, as seen from the
     // middle of the scene. `arriving` knows it for every point.
@@ -57,8 +69,12 @@ struct Arriving {
 // Both kinds are computed and one is chosen: Mesa 22.3's lavapipe crashes over a branch in a loop
 // over the lights. Twin: `Lamp::arriving` of surfelshop-api.
 fn arriving(i: u32, position: vec3<f32>) -> Arriving {
-    let source = lights.items[i];
-    let lamp = lights.lamps[i];
+    let number = select(0u, i, SEVERAL);
+    let source = lights.items[number];
+    if !PLACED {
+        return Arriving(source.towards, source.radiance);
+    }
+    let lamp = lights.lamps[number];
     let offset = lamp.position - position / view::view.unit;
     let squared = dot(offset, offset);
     let towards = offset * inverseSqrt(max(squared, 1e-36));
@@ -79,6 +95,9 @@ fn diffuse_irradiance_at(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
     for (var i = 0u; i < lights.count; i++) {
         let source = arriving(i, position);
         sum += source.radiance * max(dot(normal, source.towards), 0.0);
+        if is_alone() {
+            break;
+        }
     }
     return sum;
 }
@@ -87,7 +106,11 @@ fn diffuse_irradiance_at(position: vec3<f32>, normal: vec3<f32>) -> vec3<f32> {
 fn diffuse_irradiance(normal: vec3<f32>) -> vec3<f32> {
     var sum = vec3(0.0);
     for (var i = 0u; i < lights.count; i++) {
-        sum += lights.items[i].radiance * max(dot(normal, lights.items[i].towards), 0.0);
+        let source = lights.items[select(0u, i, SEVERAL)];
+        sum += source.radiance * max(dot(normal, source.towards), 0.0);
+        if is_alone() {
+            break;
+        }
     }
     return sum;
 }

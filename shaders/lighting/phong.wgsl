@@ -29,19 +29,21 @@ fn half_vector_highlight(
 ) -> f32 {
     let sum = to_light + to_eye;
     let length_squared = dot(sum, sum);
-    if length_squared < 1e-12 || dot(normal, to_light) <= 0.0 {
-        return 0.0;
-    }
-    let half_vector = sum * inverseSqrt(length_squared);
-    if dot(normal, half_vector) <= 0.0 {
-        return 0.0;
-    }
+    let half_vector = sum * inverseSqrt(max(length_squared, 1e-12));
     let sine = cross(normal, half_vector);
-    let cosine_squared = max(1.0 - dot(sine, sine), 0.0);
-    if cosine_squared <= 0.0 {
-        return 0.0;
-    }
-    return exp2(0.5 * exponent * log2(cosine_squared));
+    let cosine_squared = 1.0 - dot(sine, sine);
+    let is_lit = length_squared >= 1e-12
+        && dot(normal, to_light) > 0.0
+        && dot(normal, half_vector) > 0.0;
+    return select(0.0, power_of_cosine(cosine_squared, exponent), is_lit);
+}
+
+// The power of a cosine whose square is given; 0 where that is not above 0. Without branches: drivers of processors
+// take both sides of them anyway.
+fn power_of_cosine(cosine_squared: f32, exponent: f32) -> f32 {
+    // A cosine's square from a sine's is a multiple of 2^-24.
+    let power = exp2(0.5 * exponent * log2(max(cosine_squared, 1e-30)));
+    return select(0.0, power, cosine_squared > 0.0);
 }
 
 // cos(angle)^exponent for the angle between the light and the eye's mirror image, of unit vectors; 0
@@ -55,15 +57,9 @@ fn mirrored_highlight(
     exponent: f32,
 ) -> f32 {
     let mirrored = reflect(-to_eye, normal);
-    if dot(normal, to_light) <= 0.0 || dot(mirrored, to_light) <= 0.0 {
-        return 0.0;
-    }
     let sine = cross(mirrored, to_light);
-    let cosine_squared = max(1.0 - dot(sine, sine), 0.0);
-    if cosine_squared <= 0.0 {
-        return 0.0;
-    }
-    return exp2(0.5 * exponent * log2(cosine_squared));
+    let is_lit = dot(normal, to_light) > 0.0 && dot(mirrored, to_light) > 0.0;
+    return select(0.0, power_of_cosine(1.0 - dot(sine, sine), exponent), is_lit);
 }
 
 // What a surface is made of.
@@ -119,6 +115,9 @@ fn lit(s: Surface, m: Material) -> vec3<f32> {
             reflected += shine * half_vector_highlight(s.normal, to_light, s.to_eye, m.shininess);
         }
         radiance += source.radiance * reflected;
+        if light::is_alone() {
+            break;
+        }
     }
     return radiance;
 }

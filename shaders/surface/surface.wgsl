@@ -34,14 +34,12 @@ fn surface_at(pixel: vec2<u32>) -> Surface {
     let bits = textureLoad(surface_packed, pixel, 0);
     let s = packing::unpack_surface(bits);
     let depth = s.depth * view::view.unit;
-    let center_px = vec2<f32>(pixel) + 0.5;
-    // The direction is taken at distance 1, where no scene's size can overflow its square.
-    let to_eye = view::to_eye_in_view(view::position_in_view(center_px, 1.0));
+    let seen = view::seen_at(vec2<f32>(pixel) + 0.5, depth);
     return Surface(
         depth,
-        view::world_from_view_direction(view::position_in_view(center_px, depth)),
+        seen.position,
         s.normal,
-        view::world_from_view_direction(to_eye),
+        seen.to_eye,
         s.albedo,
         s.ao,
         pixel,

@@ -57,7 +57,29 @@ fn to_eye_in_view(position: vec3<f32>) -> vec3<f32> {
 
 // Turns a direction of view space to world axes.
 fn world_from_view_direction(direction: vec3<f32>) -> vec3<f32> {
-    return (view.world_from_view * vec4(direction, 0.0)).xyz;
+    let axes = view.world_from_view;
+    return axes[0].xyz * direction.x + axes[1].xyz * direction.y + axes[2].xyz * direction.z;
+}
+
+// A point that is seen, world-oriented.
+struct Seen {
+    // From the eye, scene units.
+    position: vec3<f32>,
+    // Unit vector to the eye.
+    to_eye: vec3<f32>,
+}
+
+// The point at `depth` along the viewing axis, scene units, that is seen at a position in pixels. It is what
+// `position_in_view` and `to_eye_in_view` say, turned to world axes once for both.
+fn seen_at(position_px: vec2<f32>, depth: f32) -> Seen {
+    // At distance 1 no scene's size can overflow its square.
+    let at_one = position_in_view(position_px, 1.0);
+    if view.orthographic == 1u {
+        let position = world_from_view_direction(vec3(at_one.xy, -depth));
+        return Seen(position, view.world_from_view[2].xyz);
+    }
+    let ray = world_from_view_direction(at_one);
+    return Seen(ray * depth, -normalize(ray));
 }
 
 // Turns a world direction to view axes.

@@ -6,7 +6,9 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Light, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_render::{Backend, Engine, EngineOptions, GpuOptions, RenderRequest, Rendered};
+use surfelshop_render::{
+    Backend, Engine, EngineOptions, GpuOptions, RenderRequest, Rendered, RendererView,
+};
 use surfelshop_tests::clouds::{self, Surfels};
 use surfelshop_tests::{evaluated_light, stage, twin};
 
@@ -45,8 +47,22 @@ fn engine(backend: Backend) -> Engine {
 }
 
 fn render(engine: &mut Engine, unit: &Unit, cloud: &Cloud, scene: &Scene, view: View) -> Rendered {
-    let library = format!("surfelshop-{}", unit.name);
-    let mut renderer = stage::built_renderer(engine, &library, unit.name);
+    let mut renderer = opened(engine, unit);
+    render_again(engine, &mut renderer, unit, cloud, scene, view)
+}
+
+fn opened(engine: &mut Engine, unit: &Unit) -> RendererView {
+    stage::built_renderer(engine, &format!("surfelshop-{}", unit.name), unit.name)
+}
+
+fn render_again(
+    engine: &mut Engine,
+    renderer: &mut RendererView,
+    unit: &Unit,
+    cloud: &Cloud,
+    scene: &Scene,
+    view: View,
+) -> Rendered {
     let request = RenderRequest {
         clouds: &[cloud.view()],
         facts: cloud.facts(),
@@ -61,7 +77,7 @@ fn render(engine: &mut Engine, unit: &Unit, cloud: &Cloud, scene: &Scene, view: 
         parts: None,
         eye_dome: None,
     };
-    engine.render(&mut renderer, &request).unwrap()
+    engine.render(renderer, &request).unwrap()
 }
 
 fn color(frame: &Rendered) -> &[f32] {
@@ -175,6 +191,34 @@ fn points_and_spots_shine_as_the_twin_says_on_both_drivers() {
                 assert!(lit > 500, "{}: the light is in view: {lit}", unit.name);
             }
         }
+    }
+}
+
+/// Invariant: shaders are made for what a scene has of lights; lights that come and go change pictures as if the renderer
+/// had never seen others
+///
+/// 0.5 s.
+#[test]
+fn lights_that_come_and_go_are_seen_by_an_open_renderer() {
+    let cloud = clouds::sphere(2_000, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 64);
+    let near = point(DVec3::new(0.6, 0.7, 0.9), Vec3::new(0.1, 0.05, 0.15));
+    let sun = |x: f64| Light::Directional {
+        towards: DVec3::new(x, 0.1, 0.5),
+        radiance: Vec3::new(0.4, 0.5, 0.2),
+        follows_camera: false,
+    };
+    let mut engine = stage::engine();
+    let unit = &units()[1];
+    let mut open = opened(&mut engine, unit);
+    let one = lit_by(vec![sun(-0.4)]);
+    let scenes =
+        [one.clone(), lit_by(vec![sun(-0.4), sun(0.4)]), lit_by(vec![near]), lit_by(vec![]), one];
+    for scene in &scenes {
+        let frame = render_again(&mut engine, &mut open, unit, &cloud, scene, view);
+        assert!(equals_lighting(&frame, unit, scene, view) > 1_000);
+        let fresh = render(&mut engine, unit, &cloud, scene, view);
+        assert!(color(&frame) == color(&fresh), "{} lights", scene.lights.len());
     }
 }
 

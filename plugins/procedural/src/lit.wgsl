@@ -42,6 +42,9 @@ fn shade_thesis(s: Surface) -> vec4<f32> {
             reflected += highlight * phong::mirrored_highlight(s.normal, to_light, s.to_eye, exponent);
         }
         radiance += source.radiance * reflected;
+        if light::is_alone() {
+            break;
+        }
     }
     return vec4(radiance, 1.0);
 }

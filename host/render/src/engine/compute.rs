@@ -2,8 +2,8 @@
 
 use crate::engine::Engine;
 use crate::graph::{
-    Frame, Lending, LivePasses, Node, PassScratch, Plan, Recorder, RenderError, Resources,
-    SplatDrawing, checked, copy_buffer, execute, map, touched,
+    Frame, Lending, LivePasses, MadeFor, Node, PassScratch, Plan, Recorder, RenderError, Resources,
+    SceneLights, SplatDrawing, checked, copy_buffer, execute, map, touched,
 };
 use std::collections::BTreeMap;
 use surfelshop_api::abi::EncodedGraph;
@@ -60,7 +60,8 @@ impl Engine {
         data: &[u8],
         buffers: &[u32],
     ) -> Result<Vec<Vec<u8>>, RenderError> {
-        let plan = Plan::new(structure, (NO_VIEW, is_sandboxed), &self.gpu, &mut self.pipelines)?;
+        let made_for = MadeFor { size: NO_VIEW, is_sandboxed, lights: SceneLights::default() };
+        let plan = Plan::new(structure, made_for, &self.gpu, &mut self.pipelines)?;
         for (pass, planned) in plan.structure.passes.iter().zip(&plan.passes) {
             if let Some(name) = &planned.of_host {
                 let message = format!(

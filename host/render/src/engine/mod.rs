@@ -20,7 +20,9 @@ mod upload;
 
 use crate::environment_map::Environments;
 use crate::gpu::{Atomics, Gpu};
-use crate::graph::{Lending, PassScratch, Pipelines, Plan, RenderError, Resources, checked};
+use crate::graph::{
+    Lending, MadeFor, PassScratch, Pipelines, Plan, RenderError, Resources, SceneLights, checked,
+};
 use crate::stages::{Clocks, StageTime};
 use crate::surfels::{
     ColumnBuffers, ColumnDemand, Columns, DrawnCloud, STOPPED, Samples, Surfaces, SurfelDrawing,
@@ -290,7 +292,7 @@ impl Engine {
         let on_device = self.on_device(renderer);
         let encoded = renderer.hosted.frame_on_device(asked, request.stride, on_device);
         let encoded = encoded.map_err(RenderError::Plugin)?;
-        let planned = self.replan(renderer, &encoded, request.view.size_px, false);
+        let planned = self.replan(renderer, &encoded, request, false);
         renderer.graph = encoded;
         planned?;
         self.gpu.stages.end("graph");
@@ -434,10 +436,15 @@ impl Engine {
         &mut self,
         renderer: &mut RendererView,
         encoded: &EncodedGraph,
-        size: [u32; 2],
+        request: &RenderRequest<'_>,
         hidden: bool,
     ) -> Result<(), RenderError> {
-        let known = renderer.plan.as_ref().is_some_and(|plan| plan.size == size)
+        let made_for = MadeFor {
+            size: request.view.size_px,
+            is_sandboxed: renderer.is_confined,
+            lights: SceneLights::of(&request.scene.lights),
+        };
+        let known = renderer.plan.as_ref().is_some_and(|plan| plan.made_for == made_for)
             && renderer.hidden == hidden
             && renderer.planned_by == self.serial
             && renderer.graph.structure == encoded.structure;
@@ -451,12 +458,7 @@ impl Engine {
             hide_splats(&mut structure);
         }
         self.plans += 1;
-        renderer.plan = Some(Plan::new(
-            structure,
-            (size, renderer.is_confined),
-            &self.gpu,
-            &mut self.pipelines,
-        )?);
+        renderer.plan = Some(Plan::new(structure, made_for, &self.gpu, &mut self.pipelines)?);
         (renderer.planned_by, renderer.hidden) = (self.serial, hidden);
         Ok(())
     }

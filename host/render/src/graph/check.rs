@@ -346,10 +346,11 @@ impl Plan {
     pub(super) fn check_output(&self, id: TextureId) -> Result<(), String> {
         let texture = self.structure.textures.get(id.index()).ok_or("names no texture")?;
         let [w, h, d] = self.extent(id.index());
-        if [w, h] != self.size || d != 1 {
+        let size = self.made_for.size;
+        if [w, h] != size || d != 1 {
             return Err(format!(
                 "is {w} x {h} x {d}; outputs have the view's size, {} x {}",
-                self.size[0], self.size[1]
+                size[0], size[1]
             ));
         }
         if texture.format == Format::Depth32Float {

@@ -55,8 +55,8 @@ pub(crate) fn execute(
     let layouts = plan.passes.iter().flat_map(|pass| pass.layouts.values());
     let uniforms = Uniforms::new(&plan.structure.uniforms, layouts, frame.data, recorder.gpu)
         .map_err(RenderError::Graph)?;
-    let mut watched = plan.is_sandboxed.then(|| Watched::new(recorder));
-    pipelines.loop_units = plan.is_sandboxed.then(|| loop_units(recorder.gpu));
+    let mut watched = plan.made_for.is_sandboxed.then(|| Watched::new(recorder));
+    pipelines.loop_units = plan.made_for.is_sandboxed.then(|| loop_units(recorder.gpu));
     let written = run_passes(
         &At { plan, needed, resources, frame, uniforms: uniforms.as_ref() },
         recorder,

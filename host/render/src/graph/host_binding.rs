@@ -6,8 +6,8 @@ use crate::graph::pipelines::Pipelines;
 use crate::graph::recorder::Recorder;
 use crate::shader_compiler::SPENT;
 use std::sync::Arc;
-use surfelshop_api::View;
 use surfelshop_api::graph::SurfaceMode;
+use surfelshop_api::{Light, View};
 use surfelshop_raster::Coverage;
 
 /// A variable that the host binds; authors bind all others.
@@ -64,6 +64,26 @@ impl HostBinding {
     /// The binding of a variable; `None` where authors bind it.
     pub(crate) fn of(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|binding| binding.name() == name)
+    }
+}
+
+/// What a scene has of lights: what shaders of passes have code for, and no more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct SceneLights {
+    several: bool,
+    placed: bool,
+}
+
+impl SceneLights {
+    /// Those of a scene.
+    pub(crate) fn of(lights: &[Light]) -> Self {
+        let has_place = |light: &Light| !matches!(light, Light::Directional { .. });
+        Self { several: lights.len() > 1, placed: lights.iter().any(has_place) }
+    }
+
+    /// The constants of `surfelshop::light` that say so.
+    pub(crate) fn features(self) -> [(&'static str, bool); 2] {
+        [("surfelshop::light::SEVERAL", self.several), ("surfelshop::light::PLACED", self.placed)]
     }
 }
 

@@ -20,13 +20,13 @@ mod uniform_layout;
 mod variants;
 
 pub(crate) use execute::{Frame, execute, touched};
-pub(crate) use host_binding::{HostBinding, HostResources, SurfelShading};
+pub(crate) use host_binding::{HostBinding, HostResources, SceneLights, SurfelShading};
 pub(crate) use limits::{MAX_GRAPH_BYTES, MAX_RESOURCE_BYTES, confines};
 pub(crate) use live_passes::{LivePasses, SurfaceNeeds, Written, needed};
 pub(crate) use pipeline_desc::{DrawKind, Pipeline, Stage, checked};
 pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, Pipelines};
-pub(crate) use plan::{Node, PassCamera, Plan};
+pub(crate) use plan::{MadeFor, Node, PassCamera, Plan};
 pub(crate) use primitives::PassScratch;
 pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recorder::{Attachment, Recorder};

@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::graph::RenderError;
 use crate::graph::alternatives::{Chosen, choose};
+use crate::graph::host_binding::SceneLights;
 use crate::graph::limits::loop_units;
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Shader};
 use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
@@ -106,16 +107,32 @@ impl Planned {
             instead_of: None,
         }
     }
+
+    /// Values of those constants that one of its shaders has.
+    pub(crate) fn settings_of(&self, shader: &Shader) -> Settings {
+        let overrides = &shader.composed.module.overrides;
+        let known = |name: &str| overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
+        self.settings.only(known)
+    }
 }
 
 /// A checked graph.
 pub(crate) struct Plan {
     pub(crate) structure: Structure,
     pub(crate) passes: Vec<Planned>,
-    /// Size of the view it was checked for.
+    /// What it was checked for.
+    pub(crate) made_for: MadeFor,
+}
+
+/// What a plan holds for, besides the structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct MadeFor {
+    /// Size of the view.
     pub(crate) size: [u32; 2],
-    /// Whether it comes from a sandboxed plugin.
+    /// Whether the graph comes from a sandboxed plugin.
     pub(crate) is_sandboxed: bool,
+    /// The scene's lights.
+    pub(crate) lights: SceneLights,
 }
 
 impl Plan {
@@ -133,17 +150,18 @@ impl Plan {
 }
 
 impl Plan {
-    /// Checks a structure for a view of this size, and whether it comes from a sandboxed plugin.
+    /// Checks a structure.
     ///
     /// # Errors
     /// The first rule it breaks, with pass and variable.
     pub(crate) fn new(
         structure: Structure,
-        (size, is_sandboxed): ([u32; 2], bool),
+        made_for: MadeFor,
         gpu: &Gpu,
         pipelines: &mut Pipelines,
     ) -> Result<Self, RenderError> {
-        let mut plan = Self { structure, passes: Vec::new(), size, is_sandboxed };
+        let is_sandboxed = made_for.is_sandboxed;
+        let mut plan = Self { structure, passes: Vec::new(), made_for };
         plan.check_resources(&gpu.device.limits())?;
         pipelines.loop_units = is_sandboxed.then(|| loop_units(gpu));
         let planned = plan.add_passes(gpu, pipelines);
@@ -182,8 +200,8 @@ impl Plan {
         match self.structure.textures[texture].extent {
             Extent::Fixed(size) => size,
             Extent::View { divisor } => {
-                let d = divisor.max(1);
-                [self.size[0].div_ceil(d), self.size[1].div_ceil(d), 1]
+                let (d, [width, height]) = (divisor.max(1), self.made_for.size);
+                [width.div_ceil(d), height.div_ceil(d), 1]
             }
         }
     }
@@ -194,7 +212,7 @@ impl Plan {
             PassCamera::View => None,
             PassCamera::Camera(i) => self.structure.cameras.get(i),
         };
-        camera.map_or(self.size, |camera| camera.size_px)
+        camera.map_or(self.made_for.size, |camera| camera.size_px)
     }
 
     fn plan_pass(
@@ -238,7 +256,9 @@ impl Plan {
         let computes = stage == naga::ShaderStage::Compute;
         let EntryPoint { bindings, workgroup_size } = point;
         self.check_bound(&bindings, &gpu.device.limits())?;
-        let mut planned = Planned { workgroup_size, computes, ..Planned::new(pass, shader, entry) };
+        let settings = Settings::of(pass).with(&self.made_for.lights.features());
+        let planned = Planned::new(pass, shader, entry);
+        let mut planned = Planned { workgroup_size, computes, settings, ..planned };
         for binding in &bindings {
             self.check_binding(pass, binding, surface, gpu, &mut planned)?;
         }
@@ -277,10 +297,9 @@ impl Plan {
         if let Some(known) = planned.pipeline.get() {
             return Ok(known.clone());
         }
+        let settings = &planned.settings_of(&planned.shader);
         let made = match planned.computes {
-            true => {
-                pipelines.compute(&pass.name, &planned.shader, &planned.entry, &planned.settings)
-            }
+            true => pipelines.compute(&pass.name, &planned.shader, &planned.entry, settings),
             false => {
                 let formats: Vec<_> = targets_of(pass)
                     .iter()
@@ -291,7 +310,7 @@ impl Plan {
                         label: &pass.name,
                         vertex: (&screen, "cover_screen"),
                         fragment: (&planned.shader, &planned.entry),
-                        settings: &planned.settings,
+                        settings,
                         formats: &formats,
                         kind: DrawKind::Fullscreen,
                     })
@@ -337,9 +356,7 @@ impl Plan {
         pipelines: &mut Pipelines,
     ) -> Result<Arc<Pipeline>, RenderError> {
         let pass = &self.structure.passes[index];
-        let overrides = &shader.composed.module.overrides;
-        let known = |name: &str| overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
-        let settings = self.passes[index].settings.only(known);
+        let settings = self.passes[index].settings_of(shader);
         let made = pipelines.compute(&pass.name, shader, entry, &settings);
         let ReadyPipeline { pipeline, is_it } =
             made.map_err(|message| RenderError::pass(&pass.name, message))?;

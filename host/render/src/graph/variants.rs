@@ -27,6 +27,16 @@ impl Settings {
         }
     }
 
+    /// The same with what the host knows to be there, where the pass says nothing of it.
+    pub(super) fn with(mut self, features: &[(&str, bool)]) -> Self {
+        for (name, is_there) in features {
+            if !self.constants.contains_key(*name) {
+                self.features.entry((*name).to_owned()).or_insert(*is_there);
+            }
+        }
+        self
+    }
+
     /// The same with all that may be there, which can stand in for every choice of features.
     pub(super) fn general(&self) -> Self {
         let mut all = self.clone();

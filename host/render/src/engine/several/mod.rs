@@ -258,7 +258,7 @@ impl Engine {
         let on_device = self.on_device(drawer.view);
         let encoded = drawer.view.hosted.frame_on_device(asked, request.stride, on_device);
         let encoded = encoded.map_err(RenderError::Plugin)?;
-        let planned = self.replan(drawer.view, &encoded, request.view.size_px, true);
+        let planned = self.replan(drawer.view, &encoded, request, true);
         drawer.view.graph = encoded;
         planned
     }

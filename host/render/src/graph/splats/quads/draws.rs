@@ -133,9 +133,7 @@ impl Quads<'_, '_, '_> {
 
     /// Constants and features of the pass that a shader has.
     fn settings(&self, shader: &Shader) -> Settings {
-        let overrides = &shader.composed.module.overrides;
-        let known = |name: &str| overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
-        self.variables.planned.settings.only(known)
+        self.variables.planned.settings_of(shader)
     }
 
     /// What a variable is bound to: one of these of the host, or what the pass says.
