@@ -3,7 +3,7 @@
 use crate::arguments::BakeArguments;
 use crate::tool_object::tool_object;
 use crate::{bake_pyramid, bake_strokes, info};
-use anyhow::{anyhow, bail};
+use anyhow::{anyhow, bail, ensure};
 use glam::DQuat;
 use serde_json::{Map, Value, json};
 use std::ops::ControlFlow;
@@ -218,6 +218,7 @@ fn bake(
             let replayed = bake_strokes::replay(arguments, steps, &strokes, given)?;
             let baked = steps.iter().zip(replayed).map(|(step, replayed)| match replayed {
                 Some(replayed) => {
+                    leaves_some(step, n_before, &cloud)?;
                     let strokes = Some((replayed.n_strokes, replayed.n_concerned));
                     let baked = Baked::of(replayed.done, (n_before, cloud.len()), None, &cloud);
                     Ok(Baked { strokes, ..baked })
@@ -253,9 +254,20 @@ fn run_all(
         if let Some(edited) = &done.edited {
             *cloud = edited.cloud.clone();
         }
+        leaves_some(step, n_before, cloud)?;
         baked.push(Baked::of(done, (n_before, cloud.len()), cpu, cloud));
     }
     Ok(baked)
+}
+
+/// Whether a tool left something of a cloud.
+fn leaves_some(step: &Step, n_before: usize, cloud: &Cloud) -> anyhow::Result<()> {
+    ensure!(
+        !cloud.is_empty() || n_before == 0,
+        "{}: it takes all {n_before} surfels away; a cloud cannot be left without any",
+        step.reference
+    );
+    Ok(())
 }
 
 impl Baked {

@@ -4,10 +4,12 @@ use crate::arguments::BakeArguments;
 use anyhow::{Context as _, anyhow, bail};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+use surfelshop_cloud::selection::{Combine, Selection};
 use surfelshop_cloud::{Cloud, CloudPart};
 use surfelshop_runtime::tools::{Done, ToolOptions};
 use surfelshop_session::input::strokes::{self, NamedStroke};
 use surfelshop_session::options::select::select;
+use surfelshop_session::output::terminal;
 use surfelshop_session::tool_run::Step;
 
 /// What was done along strokes.
@@ -65,6 +67,7 @@ pub(crate) fn replay(
                 Some(select(cloud, &arguments.select, arguments.up.or_of([cloud.source()]).into())?)
             }
         };
+        let chosen = restricted(cloud, named, chosen).with_context(of)?;
         let part = CloudPart::along(cloud, &named.stroke, chosen.as_ref()).with_context(of)?;
         let n_concerned = part.rows.len() as u64;
         if n_concerned == 0 {
@@ -85,6 +88,37 @@ pub(crate) fn replay(
         *so_far = Some(Replayed { done, n_strokes: n + 1, n_concerned: all + n_concerned });
     }
     Ok(replayed)
+}
+
+/// The surfels that a stroke is led over again, of those that were asked for. Says where the cloud is not the one that the
+/// stroke was led over.
+fn restricted(
+    cloud: &Cloud,
+    named: &NamedStroke,
+    chosen: Option<Selection>,
+) -> anyhow::Result<Option<Selection>> {
+    let found = cloud.len();
+    let other = named.n_surfels.filter(|n| *n != found as u64);
+    let Some(among) = &named.among else {
+        if let Some(n) = other {
+            terminal::warn_once(format!(
+                "strokes were led over a cloud of {n} surfels, and this one has {found}: what else was done to that \
+                 cloud, such as deleting, is not in the file"
+            ));
+        }
+        return Ok(chosen);
+    };
+    if let Some(n) = other {
+        bail!(
+            "it was led over what was selected or not hidden of a cloud of {n} surfels, and this one has {found}; do \
+             what was done before it first, such as deleting"
+        );
+    }
+    let among = among.selection(found)?;
+    Ok(Some(match chosen {
+        Some(chosen) => chosen.combined(&among, Combine::Intersect)?,
+        None => among,
+    }))
 }
 
 /// What strokes before made is still there.

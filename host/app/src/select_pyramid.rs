@@ -67,6 +67,9 @@ pub(crate) fn run(arguments: &SelectArguments, source: &Source) -> anyhow::Resul
     };
     let mut written = None;
     if let Some(out) = out {
+        if n_selected == 0 && (*delete || !set.is_empty()) {
+            bail!("{}: nothing is selected; nothing was written", file.display());
+        }
         let n_left = match (delete, set.is_empty()) {
             (true, _) => n - n_selected,
             (false, true) => n_selected,

@@ -9,8 +9,11 @@
 //! stroke, which is found from the nearest place on it, n' = n + h |w'| t, where t points from that place to the surfel
 //! within the surface and w' is the slope of the falloff.
 //!
-//! Limits: surfels that are pulled apart stay as large as they are; go over it with less height, or estimate radii
-//! anew. The tangents of ellipses stay.
+//! Where surfels are pulled apart more than 1.5 times, by s = sqrt(1 + (h w')²), others are put between them down the slope:
+//! two, or four, up to eight, a radius times s over their number apart.
+//!
+//! Limits: beyond a slope of 8 holes stay; go over it again. The tangents of ellipses stay. Without a stroke, and in clouds
+//! without radii, nothing is put between.
 
 use surfelshop_api::columns::{NORMAL, POSITION};
 use surfelshop_api::glam::{DVec3, Vec3};
@@ -68,6 +71,7 @@ fn raise(cloud: &CloudView<'_>, height: f32, job: &Job<'_>) -> Result<()> {
     let own_radii = cloud.floats(columns::RADIUS, 1);
     let weights = cloud.weights();
     let (mut positions, mut turned) = (Vec::<f32>::new(), Vec::<f32>::new());
+    let mut between = Between::default();
     for (i, place) in cloud.vectors(POSITION).enumerate() {
         let normal = Vec3::from_slice(&normals[3 * i..3 * i + 3]);
         let (unit, slope) = match stroke {
@@ -76,16 +80,65 @@ fn raise(cloud: &CloudView<'_>, height: f32, job: &Job<'_>) -> Result<()> {
             }
             None => (own_radii.map_or(0.0, |radii| radii[i]), Vec3::ZERO),
         };
-        positions.extend((place + normal * (weights[i] * height * unit)).to_array());
+        let moved = place + normal * (weights[i] * height * unit);
         let steeper = normal + slope * height;
-        turned.extend(steeper.normalize_or(normal).to_array());
+        let now = steeper.normalize_or(normal);
+        if let (Some(radii), Some(_)) = (own_radii, stroke) {
+            between.put(i as u32, moved, now, (slope * height, normal, radii[i]));
+        }
+        positions.extend(moved.to_array());
+        turned.extend(now.to_array());
     }
-    let columns = [(POSITION, &positions), (NORMAL, &turned)].map(|(name, values)| NewColumn {
-        name,
-        components: 3,
-        values: Values::F32(values),
-    });
-    job.edit(&Edit::Columns(columns.into()))
+    job.edit(&Edit::Columns(columns_of(&positions, &turned)))?;
+    if between.like.is_empty() {
+        return Ok(());
+    }
+    let columns = columns_of(&between.positions, &between.normals);
+    job.edit(&Edit::Add { like: &between.like, columns })
+}
+
+fn columns_of<'a>(positions: &'a [f32], normals: &'a [f32]) -> Vec<NewColumn<'a>> {
+    let column = |(name, values)| NewColumn { name, components: 3, values: Values::F32(values) };
+    [(POSITION, positions), (NORMAL, normals)].map(column).into()
+}
+
+/// Surfels between those that are pulled apart.
+#[derive(Default)]
+struct Between {
+    like: Vec<u32>,
+    positions: Vec<f32>,
+    normals: Vec<f32>,
+}
+
+/// How many times farther apart surfels are before others are put between them: discs overlap so much at least, where radii
+/// were estimated.
+const PULLED_APART: f32 = 1.5;
+
+impl Between {
+    /// Puts some beside a surfel that was moved, up and down a slope: what is lost of the height in a radius of the way, in
+    /// the direction in which it is lost.
+    fn put(
+        &mut self,
+        like: u32,
+        place: Vec3,
+        now: Vec3,
+        (slope, normal, radius): (Vec3, Vec3, f32),
+    ) {
+        let steepness = slope.length();
+        let stretch = steepness.hypot(1.0);
+        if stretch <= PULLED_APART || !stretch.is_finite() {
+            return;
+        }
+        // An odd number, as the surfel itself stays where it is.
+        let n = 2 * (0.5 * stretch).ceil().clamp(1.0, 4.0) as i16 + 1;
+        let downwards = (slope / steepness - normal * steepness) / stretch;
+        for k in (-n / 2..=n / 2).filter(|k| *k != 0) {
+            let off = downwards * (f32::from(k) * radius * stretch / f32::from(n));
+            self.like.push(like);
+            self.positions.extend((place + off).to_array());
+            self.normals.extend(now.to_array());
+        }
+    }
 }
 
 /// From the nearest place on a line between samples to a place.

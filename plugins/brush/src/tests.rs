@@ -109,6 +109,58 @@ fn sculpting_moves_along_normals_and_turns_them_off_the_slope() {
     assert!(normals[0] < -0.1);
 }
 
+/// A step that is twice as high as it is wide is as densely covered as the plane was.
+#[test]
+fn surfels_are_put_between_those_that_sculpting_pulls_apart() {
+    let (apart, radius) = (0.05f32, 0.05f32);
+    let places: Vec<Vec3> = (0..81)
+        .flat_map(|i| (0..9).map(move |k| Vec3::new(i as f32 - 40.0, 0.0, k as f32 - 4.0) * apart))
+        .collect();
+    let stroke = Stroke {
+        radius: 1.0,
+        dabs: Dabs::USUAL,
+        samples: vec![
+            StrokeSample { place: DVec3::NEG_Z, normal: Vec3::Y, time: 0.0, pressure: 1.0 },
+            StrokeSample { place: DVec3::Z, normal: Vec3::Y, time: 1.0, pressure: 1.0 },
+        ],
+    };
+    let positions: Vec<f32> = places.iter().flat_map(Vec3::to_array).collect();
+    let normals = [0.0, 1.0, 0.0].repeat(places.len());
+    let weight = |place: &Vec3| stroke.dabs.falloff.weight(f64::from(place.x.abs())) as f32;
+    let weights: Vec<f32> = places.iter().map(weight).collect();
+    let radii = vec![radius; places.len()];
+    let column = |name, components, values| ColumnView { name, components, generation: 1, values };
+    let columns = vec![
+        column(columns::POSITION, 3, Values::F32(&positions)),
+        column(columns::NORMAL, 3, Values::F32(&normals)),
+        column(columns::RADIUS, 1, Values::F32(&radii)),
+        column(WEIGHT, 1, Values::F32(&weights)),
+    ];
+    let cloud = CloudView { len: places.len(), columns, ..CloudView::default() };
+    let staged = |height: f32| {
+        let recorder = Recorder::default();
+        let job = Job::new(&recorder).with_stroke(&stroke);
+        sculpt::Inflate.run(&cloud, &sculpt::Settings { height }, &job).unwrap();
+        recorder.0.into_inner()
+    };
+    assert_eq!(staged(0.5).len(), 1, "a flat hill needs none");
+    let staged = staged(2.0);
+    let old = floats(&staged[0].1[0]);
+    assert!(matches!(staged[1].0, EditHeader::Add(_)));
+    let new = floats(&staged[1].1[1]);
+    // Along the middle row: what is the nearest to each place of the true surface.
+    let all: Vec<Vec3> = old.chunks(3).chain(new.chunks(3)).map(Vec3::from_slice).collect();
+    let is_covered = |all: &[Vec3], x: f32| {
+        let truth = Vec3::new(x, 2.0 * stroke.dabs.falloff.weight(f64::from(x.abs())) as f32, 0.0);
+        all.iter().any(|place| place.distance(truth) < radius)
+    };
+    let n_covered =
+        |all: &[Vec3]| (-1000..=1000).filter(|i| is_covered(all, *i as f32 * 1e-3)).count();
+    let old: Vec<Vec3> = old.chunks(3).map(Vec3::from_slice).collect();
+    assert_eq!(n_covered(&all), 2001);
+    assert!(n_covered(&old) < 1990, "there were holes: {}", n_covered(&old));
+}
+
 /// A hand that is led fast leaves few samples: what it makes has no bulges at them.
 #[test]
 fn slopes_are_those_of_the_line_between_samples() {

@@ -1,4 +1,4 @@
-//! # Pointshop: seven tools that edit clouds
+//! # Pointshop: nine tools that edit clouds
 //!
 //! | tool         | what it does                                                        |
 //! |--------------|---------------------------------------------------------------------|
@@ -9,6 +9,8 @@
 //! | `transform`  | moves, turns, scales and mirrors                                     |
 //! | `deform`     | bends by a lattice of control points                                 |
 //! | `texture`    | lays a picture on the surface by pairs of places                     |
+//! | `image-brush` | paints a picture along a stroke                                     |
+//! | `emboss`     | moves surfels out by a picture along a stroke                        |
 //!
 //! Each tool's file opens with its parameters, method, limits and sources. Tools with a second cloud read
 //! it from a PLY file, by `ply`.
@@ -31,6 +33,7 @@ mod register;
 mod search;
 mod smooth;
 mod sphere_fit;
+mod stamp;
 mod surfels;
 #[cfg(test)]
 mod tests;
@@ -42,5 +45,5 @@ use surfelshop_api::export_plugin;
 
 export_plugin! {
     id: "org.surfelshop.pointshop",
-    tools: [smooth::Smooth, boolean::Boolean, register::Register, holes::FillHoles, transform::Transform, deform::Deform, texture::Texture],
+    tools: [smooth::Smooth, boolean::Boolean, register::Register, holes::FillHoles, transform::Transform, deform::Deform, texture::Texture, stamp::ImageBrush, stamp::Emboss],
 }

@@ -6,7 +6,7 @@ use crate::cloud::column::Column;
 use crate::cloud::edit::EditedCloud;
 use crate::cloud::patch::enlarged;
 use crate::cloud::provenance::{CloudEdit, How, ToolRun};
-use crate::cloud::selection::Selection;
+use crate::cloud::selection::{Selection, SurfelRuns};
 use crate::error::CloudError;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -32,6 +32,8 @@ pub struct CloudPart {
     pub rows: Arc<[u32]>,
     whole: Cloud,
     is_stroke: bool,
+    /// Whether some along the stroke are left out, since others are selected or they are hidden.
+    is_restricted: bool,
 }
 
 /// A sphere of a stroke, around a place in a cloud's own coordinates.
@@ -116,7 +118,14 @@ impl CloudPart {
         let blocks: Vec<Vec<(u32, f32)>> =
             (0..whole.len().div_ceil(BLOCK)).into_par_iter().map(|i| block(i * BLOCK)).collect();
         let (rows, weights): (Vec<u32>, Vec<f32>) = blocks.into_iter().flatten().unzip();
-        Self::of(whole, rows.into(), Some(weights))
+        let part = Self::of(whole, rows.into(), Some(weights))?;
+        Ok(Self { is_restricted: within.is_some(), ..part })
+    }
+
+    /// The surfels that a stroke was led over, where it was led over some of a cloud alone.
+    #[must_use]
+    pub fn restriction(&self) -> Option<SurfelRuns> {
+        self.is_restricted.then(|| SurfelRuns::of(&self.rows))
     }
 
     fn of(whole: &Cloud, rows: Arc<[u32]>, weights: Option<Vec<f32>>) -> Result<Self, CloudError> {
@@ -126,7 +135,7 @@ impl CloudPart {
         let is_stroke = weights.is_some();
         columns.extend(weights.map(|weights| Column::new(WEIGHT, 1, Buffer::F32(weights))));
         let cloud = whole.with_rows(columns, rows.len(), Vec::new()).with_history(Vec::new());
-        Ok(Self { cloud, rows, whole: whole.clone(), is_stroke })
+        Ok(Self { cloud, rows, whole: whole.clone(), is_stroke, is_restricted: false })
     }
 
     /// The whole cloud.

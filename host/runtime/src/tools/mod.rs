@@ -38,6 +38,9 @@ pub use progress::Progress;
 
 /// The parameter that a stroke is noted as, besides those of its tool: JSON.
 pub const STROKE_NOTE: &str = "stroke";
+/// The same of the surfels that a stroke concerned, where it was led over some alone: JSON of
+/// [`SurfelRuns`](surfelshop_cloud::selection::SurfelRuns).
+pub const AMONG_NOTE: &str = "stroke.among";
 
 /// How a tool is run.
 #[derive(Clone, Debug, Default)]
@@ -269,6 +272,11 @@ impl Running {
             let text = serde_json::to_string(stroke);
             let text = text.map_err(|error| Fault::NotAsked(error.to_string()))?;
             noted.insert(STROKE_NOTE.to_owned(), Value::Text(text));
+            if let Some(among) = self.part.as_ref().and_then(CloudPart::restriction) {
+                let text = serde_json::to_string(&among);
+                let text = text.map_err(|error| Fault::NotAsked(error.to_string()))?;
+                noted.insert(AMONG_NOTE.to_owned(), Value::Text(text));
+            }
         }
         let made = ToolRun::new(tool, version, &noted, SystemTime::now());
         let edited = match (&self.part, staged.commit(made.clone())) {

@@ -18,8 +18,8 @@ pub struct Progress {
     pub left: Option<Duration>,
 }
 
-/// Characters of a message that are kept.
-const MESSAGE: usize = 200;
+/// Characters of a message that are kept: a motion's six numbers with all digits, and words around them.
+const MESSAGE: usize = 400;
 
 /// What the tool's threads and the host's share.
 pub(super) struct Shared {

@@ -11,7 +11,7 @@ use surfelshop_cloud::display::{
     Colors, Display, DisplayError, DisplaySettings, HiddenSurfels, Legend, Scale, Statistics,
     hiding,
 };
-use surfelshop_cloud::selection::{RegionSelection, Selection, SelectionError, tinted};
+use surfelshop_cloud::selection::{RegionSelection, Selection, SelectionError, Tint, tinted};
 use surfelshop_cloud::{Cloud, Loaded, Summary};
 
 /// Clouds as they are displayed.
@@ -98,11 +98,15 @@ impl DisplayedClouds {
     }
 
     /// The same with what is selected tinted; for each cloud a selection of the cloud that it was made of, or of a
-    /// pyramid. What is not selected stays as it is.
+    /// pyramid, which is tinted in full. What is not selected stays as it is.
     ///
     /// # Errors
     /// Where a pyramid lacks an attribute, or there is no memory.
-    pub fn tinted(self, selections: &[Option<Selected>]) -> Result<Self, SelectionError> {
+    pub fn tinted(
+        self,
+        selections: &[Option<Selected>],
+        tint: Tint,
+    ) -> Result<Self, SelectionError> {
         if selections.iter().flatten().all(Selected::is_empty) {
             return Ok(self);
         }
@@ -111,7 +115,7 @@ impl DisplayedClouds {
             match selections.get(i).and_then(Option::as_ref) {
                 None => {}
                 Some(Selected::Surfels(selection)) => {
-                    shown.cloud = tinted(&shown.cloud, selection, self.rows(i))?;
+                    shown.cloud = tinted(&shown.cloud, selection, self.rows(i), tint)?;
                 }
                 Some(Selected::Regions(regions, _)) => {
                     let own = pyramids.iter_mut().find(|own| own.is_seen_as(&shown.cloud));
@@ -119,7 +123,7 @@ impl DisplayedClouds {
                         *own = Arc::new(own.selecting(regions));
                     }
                     let selection = regions.select_in_world(&shown.cloud)?;
-                    shown.cloud = tinted(&shown.cloud, &selection, None)?;
+                    shown.cloud = tinted(&shown.cloud, &selection, None, Tint::Full)?;
                 }
             }
         }

@@ -3,9 +3,13 @@
 //! ```text
 //! {"format": "surfelshop strokes", "version": 1, "strokes": [
 //!   {"tool": "org.surfelshop.brush/brush", "values": {"color": [0.8, 0.1, 0.1]},
+//!    "n_surfels": 49990, "among": [1200, 5, 3, 40],
 //!    "stroke": {"radius": 0.05, "spacing": 0.25, "falloff": "smooth", "reach": "facing",
 //!               "samples": [{"place": [0, 1, 0], "normal": [0, 1, 0], "time": 0, "pressure": 1}]}}]}
 //! ```
+//!
+//! `n_surfels` is how many the cloud had. `among` is there where others near the stroke were left out, since some were
+//! selected or hidden: so many surfels that it did not concern, so many that it did, and so on.
 
 use crate::output::json::plain;
 use anyhow::{Context as _, bail, ensure};
@@ -15,7 +19,7 @@ use surfelshop_api::Stroke;
 use surfelshop_api::params::{Value, Values};
 pub use surfelshop_cloud::selection::NamedStroke;
 use surfelshop_cloud::{Cloud, How};
-use surfelshop_runtime::tools::STROKE_NOTE;
+use surfelshop_runtime::tools::{AMONG_NOTE, STROKE_NOTE};
 
 /// What the first key says.
 const FORMAT: &str = "surfelshop strokes";
@@ -42,8 +46,8 @@ pub fn read(path: &Path) -> anyhow::Result<Vec<NamedStroke>> {
         length <= MOST_BYTES,
         "{name}: expected strokes of at most 1 GiB, found {length} bytes"
     );
-    let text = std::fs::read_to_string(path).with_context(|| format!("{name}"))?;
-    let file: StrokeFile = serde_json::from_str(&text)
+    let bytes = std::fs::read(path).with_context(|| format!("{name}"))?;
+    let file: StrokeFile = serde_json::from_slice(&bytes)
         .with_context(|| format!("{name}: expected a file of strokes"))?;
     ensure!(
         file.format == FORMAT,
@@ -72,18 +76,26 @@ pub fn text(strokes: Vec<NamedStroke>) -> anyhow::Result<String> {
 
 /// A stroke of a tool, as PACKAGE/ID, with the parameters it ran with.
 pub fn named(tool: &str, values: &Values, stroke: Stroke) -> NamedStroke {
-    let values = values.iter().filter(|(id, _)| *id != STROKE_NOTE);
+    let values = values.iter().filter(|(id, _)| ![STROKE_NOTE, AMONG_NOTE].contains(&id.as_str()));
     let values = values.map(|(id, value)| (id.clone(), plain(value))).collect();
-    NamedStroke { tool: tool.to_owned(), values, stroke }
+    NamedStroke { tool: tool.to_owned(), values, stroke, n_surfels: None, among: None }
 }
 
 /// The strokes that a cloud's history tells, oldest first.
 pub fn of_cloud(cloud: &Cloud) -> Vec<NamedStroke> {
     let strokes = cloud.history().iter().filter(|edit| edit.how == How::Stroked);
     let all = strokes.filter_map(|edit| {
-        let Some(Value::Text(text)) = edit.made.values.get(STROKE_NOTE) else { return None };
-        let stroke = serde_json::from_str(text).ok()?;
-        Some(named(&edit.made.tool, &edit.made.values, stroke))
+        let noted = |id: &str| match edit.made.values.get(id) {
+            Some(Value::Text(text)) => Some(text),
+            _ => None,
+        };
+        let stroke = serde_json::from_str(noted(STROKE_NOTE)?).ok()?;
+        let among = match noted(AMONG_NOTE) {
+            Some(text) => Some(serde_json::from_str(text).ok()?),
+            None => None,
+        };
+        let stroke = named(&edit.made.tool, &edit.made.values, stroke);
+        Some(NamedStroke { n_surfels: Some(edit.n_before), among, ..stroke })
     });
     all.collect()
 }

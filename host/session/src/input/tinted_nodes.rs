@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::selection::{Reach, RegionSelection, SelectionError, tinted};
+use surfelshop_cloud::selection::{Reach, RegionSelection, SelectionError, Tint, tinted};
 use surfelshop_pyramid::{Pyramid, PyramidError};
 
 /// What is selected of a pyramid, with the nodes that show it.
@@ -34,7 +34,7 @@ impl TintedNodes {
                 return Ok(Arc::clone(part));
             }
             let selected = self.selection.select_in_world(part)?;
-            Ok(Arc::new(tinted(part, &selected, None)?))
+            Ok(Arc::new(tinted(part, &selected, None, Tint::Full)?))
         };
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let tinted: Vec<[Arc<Cloud>; 2]> = parts

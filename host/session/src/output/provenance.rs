@@ -4,7 +4,7 @@ use crate::output::json::plain;
 use serde_json::{Map, Value, json};
 use surfelshop_api::params;
 use surfelshop_cloud::{Cloud, CloudEdit, How, ToolRun};
-use surfelshop_runtime::tools::STROKE_NOTE;
+use surfelshop_runtime::tools::{AMONG_NOTE, STROKE_NOTE};
 
 /// A run of a tool in JSON.
 pub fn object(made: &ToolRun) -> Value {
@@ -66,7 +66,7 @@ fn text(made: &ToolRun) -> String {
     let ToolRun { tool, version, values, time } = made;
     let value = |value: &params::Value| plain(value).to_string();
     // The places of a stroke are for programs.
-    let told = values.iter().filter(|(id, _)| *id != STROKE_NOTE);
+    let told = values.iter().filter(|(id, _)| ![STROKE_NOTE, AMONG_NOTE].contains(&id.as_str()));
     let values: Vec<String> = told.map(|(id, given)| format!("{id} {}", value(given))).collect();
     let with = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
     format!("{tool} {version}, {time}{with}")

@@ -4,7 +4,7 @@ use super::command::{Command, Menu, run, shortcuts, why_not};
 use super::search::score;
 use super::table::COMMANDS;
 use crate::dialogs::{DialogPurpose, files};
-use crate::panels::color_choices;
+use crate::panels::{Selection, color_choices};
 use crate::plugins::tool_window;
 use crate::theme::{Icon, icon_text, space, tokens};
 use crate::window::Window;
@@ -45,7 +45,8 @@ pub(crate) struct Entry {
 
 /// Everything that can be found, commands first.
 pub(crate) fn entries(window: &Window) -> Vec<Entry> {
-    let commands = COMMANDS.iter().map(|command| Entry {
+    let commands = COMMANDS.iter().filter(|command| !stands_for_rows(window, command));
+    let commands = commands.map(|command| Entry {
         icon: command.icon,
         name: name_alone(command),
         about: command.about.to_owned(),
@@ -87,6 +88,12 @@ pub(crate) fn entries(window: &Window) -> Vec<Entry> {
         entry(Icon::FileBox, format!("Open {name}"), about, "file", Action::OpenFile(path.clone()))
     });
     commands.chain(tools).chain(renderers).chain(colors).chain(clouds).chain(recent).collect()
+}
+
+/// Whether a command only opens the palette, for each cloud has a row there.
+fn stands_for_rows(window: &Window, command: &Command) -> bool {
+    let n_clouds = window.document.clouds.as_ref().map_or(0, |shown| shown.open_clouds.all().len());
+    command.id == "save-cloud" && n_clouds > 1 && !matches!(window.selection(), Selection::Cloud(_))
 }
 
 /// What a command is called outside its menu.

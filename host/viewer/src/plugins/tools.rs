@@ -200,6 +200,12 @@ fn commit(
     };
     let (columns, cloud) = (edited.columns.join(", "), open_cloud.name());
     let (n_now, n_before) = (edited.cloud.len(), run.base.len());
+    if n_now == 0 && n_before > 0 {
+        messages.warn(format!(
+            "{name} leaves no surfel of {cloud}, and was undone; a cloud cannot be without any"
+        ));
+        return None;
+    }
     let colors_by = (edited.columns.iter().any(|column| column == AO)).then_some(AO);
     let shown = match colors_by {
         Some(column) => format!("; {column} colours the surfels now"),

@@ -9,6 +9,8 @@
 //! and spheres fitted to the other's surfels. A surfel that the other's surface crosses stays, and is cut
 //! where the surfaces meet by clip lines, two of them at edges; so that seams are crisp wherever renderers
 //! draw these, as `phong-splatting` does. Where the two share a surface the first one's surfels stay.
+//! Shared is what both have in one place, up to rounding, and where surfaces fitted to either are less
+//! than a tenth of the spacing apart; differences smaller than that are not seen.
 //! Surfels of the second that come to line a hole are turned round.
 //!
 //! The result has the columns of the first cloud, with tangents and clip lines. What the second lacks
@@ -26,9 +28,11 @@
 //! ```
 
 pub(crate) mod seam;
+mod shared;
 mod winding;
 
-use crate::boolean::seam::{Fate, Side, Solid, UNCUT, cut_again, cuts_nothing};
+use crate::boolean::seam::{Fate, Pair, Side, Solid, UNCUT, cut_again, cuts_nothing};
+use crate::boolean::shared::twins;
 use crate::boolean::winding::Winding;
 use crate::columns::{Column, rows_of_file};
 use crate::ply::PlyFile;
@@ -179,18 +183,18 @@ impl Outcome {
             Operation::Difference => (Side::Outside, Side::Inside),
         };
         let turned = operation == Operation::Difference;
-        let fates = |own: &Solid, other: &Solid, side, shared: fn(bool, bool) -> bool, share| {
-            job.map(own.surfels.places.len(), share, |i| {
-                let (place, normal) = (own.surfels.places[i], own.surfels.normals[i]);
-                let shared = |same_way| shared(same_way, turned);
-                other.fate(place, normal, own.tangents[i], side, shared)
-            })
-        };
-        job.progress(0.4, "cutting the first cloud");
-        let first_fates =
-            fates(first, second, of_first, |same_way, turned| same_way != turned, 0.4..0.65)?;
-        job.progress(0.65, "cutting the second cloud");
-        let second_fates = fates(second, first, of_second, |_, _| false, 0.65..0.9)?;
+        job.progress(0.4, "comparing the clouds");
+        let own_twins = &twins(first, second, job, 0.4..0.44)?;
+        let other_twins = &twins(second, first, job, 0.44..0.48)?;
+        let pair = Pair { own: first, other: second, own_twins, other_twins };
+        job.progress(0.48, "cutting the first cloud");
+        let first_fates = job.map(first.surfels.places.len(), 0.48..0.7, |i| {
+            pair.fate(i, of_first, |same_way| same_way != turned)
+        })?;
+        let pair = pair.swapped();
+        job.progress(0.7, "cutting the second cloud");
+        let second_fates =
+            job.map(second.surfels.places.len(), 0.7..0.9, |i| pair.fate(i, of_second, |_| false))?;
         let all = first_fates.iter().chain(&second_fates);
         let n_cut = all.filter(|fate| matches!(fate, Fate::Cut(_))).count();
         let stay = |fates: Vec<Fate>| -> Vec<(usize, [f32; 7])> {

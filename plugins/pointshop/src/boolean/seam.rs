@@ -1,5 +1,6 @@
 //! What of a surfel stays outside or inside another solid, and the lines that cut it there.
 
+use crate::boolean::shared::{Twin, among_twins, shared};
 use crate::boolean::winding::Winding;
 use crate::search::{Found, Search};
 use crate::sphere_fit::{AlgebraicSphere, Foot, Sums};
@@ -47,7 +48,7 @@ pub(crate) fn cuts_nothing(lines: &[f32; 7]) -> bool {
 const COMPARED: usize = 32;
 
 /// Cosine of the angle between normals from which on they are of two faces with an edge between.
-const CREASE: f64 = 0.82;
+pub(crate) const CREASE: f64 = 0.82;
 
 /// Cosine from which on a face is the back of a thin wall.
 const BACK: f64 = -0.9;
@@ -60,13 +61,13 @@ const NEAR: f64 = 2.0;
 
 /// A surfel lies in the other's surface where its plane is off by less than this share of its radius
 /// everywhere.
-const SAME_PLACE: f64 = 0.03;
+pub(crate) const SAME_PLACE: f64 = 0.03;
 
 /// A face of the other solid near a surfel.
-struct Face {
-    sphere: AlgebraicSphere,
+pub(crate) struct Face {
+    pub(crate) sphere: AlgebraicSphere,
     /// The mean place of its surfels.
-    middle: DVec3,
+    pub(crate) middle: DVec3,
     normal: DVec3,
 }
 
@@ -80,44 +81,15 @@ enum Half {
 }
 
 impl Solid {
-    /// What becomes of a surfel of another solid of which `side` stays. `in_same_place` says whether
-    /// it stays where it lies in this surface, and by whether it faces the same way.
-    pub(crate) fn fate(
-        &self,
-        place: DVec3,
-        normal: DVec3,
-        [u, v]: [DVec3; 2],
-        side: Side,
-        in_same_place: impl Fn(bool) -> bool,
-    ) -> Fate {
-        let whole = |is_inside: bool| {
-            let stays = is_inside == (side == Side::Inside);
-            if stays { Fate::Whole } else { Fate::Gone }
-        };
-        let radius = u.length().max(v.length());
-        let Some(closest) = self.search.closest(place) else { return whole(false) };
-        let apart = self.apart[closest.index as usize];
-        let reach = radius + NEAR * apart;
-        if closest.squared > reach * reach {
-            return whole(self.winding.number(place) > 0.5);
-        }
-        let around = self.search.nearest(place, COMPARED, reach + apart);
-        let width = radius.max(apart);
-        let faces = self.faces(place, width, &around);
-        let Some(first) = faces.first() else {
-            return whole(self.winding.number(place) > 0.5);
-        };
-        let half = |face: &Face| {
-            half_of(face, place, normal, [u, v], side, &in_same_place).unwrap_or(Half::All)
-        };
-        let halves: Vec<Half> = faces.iter().map(half).collect();
-        // Outside an edge that stands out is outside of either face, inside it within both.
-        let stands_out = |second: &Face| {
-            let between = second.middle - first.middle;
-            first.normal.dot(between) - second.normal.dot(between) < 0.0
-        };
-        let is_convex = faces.get(1).is_some_and(stands_out);
-        joined(&halves, is_convex == (side == Side::Outside))
+    /// The larger half axis of a surfel.
+    pub(crate) fn radius(&self, i: usize) -> f64 {
+        let [u, v] = self.tangents[i];
+        u.length().max(v.length())
+    }
+
+    /// How far surfels are apart around a surfel, scene units.
+    fn apart(&self, found: &Found) -> f64 {
+        self.apart[found.index as usize]
     }
 
     /// The faces near a place, nearest first: surfels of one face have about the same normal.
@@ -165,25 +137,173 @@ impl Solid {
     }
 }
 
+/// A solid and another one that cuts it.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair<'a> {
+    pub(crate) own: &'a Solid,
+    pub(crate) other: &'a Solid,
+    /// Which surfels of the own solid are the other's too.
+    pub(crate) own_twins: &'a [Twin],
+    /// Which surfels of the other solid are the own's too.
+    pub(crate) other_twins: &'a [Twin],
+}
+
+/// Most times [`COMPARED`] surfels of the own solid that are compared where it is the denser one, so
+/// that they are around as far as those of the other: 4 times as dense has half the spacing. Where it
+/// is denser still the fit is the better one, and more surfels cost more than they tell.
+const DENSER: f64 = 4.0;
+
+impl Pair<'_> {
+    /// The other solid, and this one that cuts it.
+    pub(crate) fn swapped(&self) -> Self {
+        Self {
+            own: self.other,
+            other: self.own,
+            own_twins: self.other_twins,
+            other_twins: self.own_twins,
+        }
+    }
+
+    /// What becomes of a surfel of the own solid where `side` of the other stays. `in_same_place`
+    /// says whether it stays where it lies in the other's surface, by whether it faces the same way.
+    pub(crate) fn fate(&self, i: usize, side: Side, in_same_place: impl Fn(bool) -> bool) -> Fate {
+        let Self { own, other, .. } = *self;
+        let whole = |stays: bool| if stays { Fate::Whole } else { Fate::Gone };
+        if let Some(same_way) = self.own_twins[i] {
+            return whole(in_same_place(same_way));
+        }
+        let (place, normal) = (own.surfels.places[i], own.surfels.normals[i]);
+        let of_inside = |is_inside: bool| whole(is_inside == (side == Side::Inside));
+        let radius = own.radius(i);
+        let Some(closest) = other.search.closest(place) else { return of_inside(false) };
+        let apart = other.apart(&closest);
+        let reach = radius + NEAR * apart;
+        if closest.squared > reach * reach {
+            return of_inside(other.winding.number(place) > 0.5);
+        }
+        let around = other.search.nearest(place, COMPARED, reach + apart);
+        let near = radius + apart;
+        if let Some(same_way) = among_twins(other, self.other_twins, normal, &around, near) {
+            return whole(in_same_place(same_way));
+        }
+        let width = radius.max(apart);
+        let faces = other.faces(place, width, &around);
+        let Some(first) = faces.first() else {
+            return of_inside(other.winding.number(place) > 0.5);
+        };
+        let disc = Disc { place, normal, axes: own.tangents[i] };
+        // Farther off no face cuts the disc, even where it bends.
+        let is_met = |face: &Face| {
+            let foot = face.sphere.foot(place);
+            foot.is_none_or(|foot| foot.place.distance(place) < 1.5 * radius)
+        };
+        let is_met = faces.iter().any(is_met);
+        let shared = |face: &Face| {
+            lies_in(face, &disc).or_else(|| is_met.then(|| self.shared(i, face, apart)).flatten())
+        };
+        let shared: Vec<Option<bool>> = faces.iter().map(shared).collect();
+        if let Some(same_way) = in_shared(&faces, &shared, &disc) {
+            return whole(in_same_place(same_way));
+        }
+        let half = |(face, &shared): (&Face, &Option<bool>)| {
+            half_of(face, &disc, side, shared, &in_same_place).unwrap_or(Half::All)
+        };
+        let halves: Vec<Half> = faces.iter().zip(&shared).map(half).collect();
+        // Outside an edge that stands out is outside of either face, inside it within both.
+        let stands_out = |second: &Face| {
+            let between = second.middle - first.middle;
+            first.normal.dot(between) - second.normal.dot(between) < 0.0
+        };
+        let is_convex = faces.get(1).is_some_and(stands_out);
+        joined(&halves, is_convex == (side == Side::Outside))
+    }
+
+    /// Whether the own solid has a face of the other near a surfel too, and whether both face the
+    /// same way. Both surfaces are fitted in the same manner amid the face, so that where they
+    /// coincide the fits are off alike. `apart` is the spacing of the other there, scene units.
+    fn shared(&self, i: usize, face: &Face, apart: f64) -> Option<bool> {
+        let Self { own, other, .. } = *self;
+        let radius = own.radius(i);
+        let (width, reach) = (radius.max(apart), radius + (NEAR + 1.0) * apart);
+        let denser = (apart / own.apart[i]).powi(2).clamp(1.0, DENSER);
+        // The spacing of a cloud all in one place is 0.
+        let denser = if denser.is_finite() { denser } else { 1.0 };
+        let count = (COMPARED as f64 * denser) as usize;
+        let at = face.middle;
+        let own_around = own.search.nearest(at, count, reach);
+        let cosine = |found: &Found| own.surfels.normals[found.index as usize].dot(face.normal);
+        if !own_around.iter().any(|found| cosine(found).abs() > CREASE) {
+            return None;
+        }
+        let own_faces = own.faces(at, width, &own_around);
+        let faces = other.faces(at, width, &other.search.nearest(at, COMPARED, reach));
+        let mut same = faces.iter().filter(|other| other.normal.dot(face.normal) > CREASE);
+        same.find_map(|face| shared(face, &own_faces, width))
+    }
+}
+
 /// Steps towards the line where two surfaces meet.
 const STEPS: usize = 3;
 
-/// What of a disc is on the side of a face that stays.
-fn half_of(
-    face: &Face,
+/// A surfel that is cut.
+struct Disc {
     place: DVec3,
     normal: DVec3,
-    [u, v]: [DVec3; 2],
+    /// Half axes.
+    axes: [DVec3; 2],
+}
+
+/// Whether a disc's plane agrees with a face all over the disc, and whether both face the same way.
+fn lies_in(face: &Face, disc: &Disc) -> Option<bool> {
+    let [u, v] = disc.axes;
+    let Foot { place, normal } = face.sphere.foot(disc.place)?;
+    let off = normal.dot(u).hypot(normal.dot(v)) + normal.dot(disc.place - place).abs();
+    let is_in = off < SAME_PLACE * u.length().max(v.length());
+    is_in.then_some(normal.dot(disc.normal) > 0.0)
+}
+
+/// A disc is on a face of about its direction where its centre is off by less than this share of its
+/// radius; faces that bend across a disc are extrapolated that badly. Farther off is another layer.
+const ON: f64 = 0.5;
+
+/// Whether a disc is on a face, of which the nearest place is given.
+fn is_on(foot: &Foot, disc: &Disc) -> bool {
+    let [u, v] = disc.axes;
+    let off = foot.normal.dot(disc.place - foot.place).abs();
+    foot.normal.dot(disc.normal).abs() > CREASE && off < ON * u.length().max(v.length())
+}
+
+/// Where all faces near a disc are shared, so that edges between them are too, and it is on one of
+/// them: whether it faces the same way there.
+fn in_shared(faces: &[Face], shared: &[Option<bool>], disc: &Disc) -> Option<bool> {
+    let all: Vec<bool> = shared.iter().copied().collect::<Option<_>>()?;
+    let is_on = |face: &Face| face.sphere.foot(disc.place).is_some_and(|foot| is_on(&foot, disc));
+    faces.iter().zip(all).find(|(face, _)| is_on(face)).map(|(_, same_way)| same_way)
+}
+
+/// What of a disc is on the side of a face that stays. `shared` says whether the disc's own solid
+/// has that face too, and whether both face the same way.
+fn half_of(
+    face: &Face,
+    disc: &Disc,
     side: Side,
+    shared: Option<bool>,
     in_same_place: impl Fn(bool) -> bool,
 ) -> Option<Half> {
+    let Disc { place, axes: [u, v], .. } = *disc;
+    let whole = |stays: bool| Some(if stays { Half::All } else { Half::Nothing });
     let line_at = |Foot { place: foot, normal: n }: Foot| [n.dot(u), n.dot(v), n.dot(place - foot)];
     let mut foot = face.sphere.foot(place)?;
-    let [a, b, c] = line_at(foot);
     let radius = u.length().max(v.length());
-    if a.hypot(b) + c.abs() < SAME_PLACE * radius {
-        let stays = in_same_place(foot.normal.dot(normal) > 0.0);
-        return Some(if stays { Half::All } else { Half::Nothing });
+    if let Some(same_way) = shared {
+        let [_, _, c] = line_at(foot);
+        if is_on(&foot, disc) || c.abs() < SAME_PLACE * radius {
+            return whole(in_same_place(same_way));
+        }
+        // The face next to the disc's own at an edge that both solids have: what of the disc is
+        // beyond it is none of the surface, and a line would leave that alone.
+        let is_inside = c < 0.0;
+        return whole(is_inside == (side == Side::Inside));
     }
     // The face's tangent plane at the nearest place of the seam, not the one below the centre.
     for _ in 0..STEPS {

@@ -3,6 +3,7 @@
 use super::shapes::{TemporaryFile, cuboid, ply_text};
 use super::*;
 use crate::boolean::{Boolean, Operation, Settings};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A surfel of a result.
 struct Piece {
@@ -267,4 +268,154 @@ fn apart_clouds_are_joined_whole_and_what_makes_no_sense_is_refused() {
     let line = refusal::<Boolean>(&ball(400), &params);
     assert!(line.contains("open.ply: expected a closed cloud"), "{line}");
     stops_everywhere::<Boolean>(&ball(100), &with(Operation::Union));
+}
+
+/// An ellipsoid, of which each half axis is that of `size`, scene units.
+fn ellipsoid(n: u32, size: Vec3) -> TestCloud {
+    let directions = sphere(n);
+    let positions: Vec<Vec3> = directions.iter().map(|d| *d * size).collect();
+    let normals: Vec<Vec3> = directions.iter().map(|d| (*d / size).normalize_or_zero()).collect();
+    let area = 4.0 * std::f32::consts::PI * (size.x * size.y * size.z).powf(2.0 / 3.0);
+    TestCloud::new(&positions, &normals, (area / n as f32).sqrt())
+}
+
+/// A torus around z with radii of 1 and 0.4, on a lattice.
+fn torus(n: u32) -> TestCloud {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut positions, mut normals) = (Vec::new(), Vec::new());
+    for i in 0..n {
+        let round = std::f64::consts::TAU;
+        let (u, v) = (round * golden * f64::from(i), round * (f64::from(i) + 0.5) / f64::from(n));
+        let outward = DVec3::new(u.cos(), u.sin(), 0.0);
+        let normal = v.cos() * outward + v.sin() * DVec3::Z;
+        positions.push((outward + 0.4 * normal).as_vec3());
+        normals.push(normal.as_vec3());
+    }
+    let area = std::f32::consts::TAU.powi(2) * 0.4;
+    TestCloud::new(&positions, &normals, (area / n as f32).sqrt())
+}
+
+/// Surfels of the first cloud and of the second that each operation leaves, and how many are cut.
+fn counts(first: &TestCloud, second: &TestCloud) -> [[usize; 3]; 3] {
+    // Tests run side by side.
+    static USED: AtomicUsize = AtomicUsize::new(0);
+    let name = format!("counts-{}.ply", USED.fetch_add(1, Ordering::Relaxed));
+    let file = TemporaryFile::new(&name, ply_text(second, false).as_bytes());
+    ALL.map(|operation| match run::<Boolean>(first, &Settings { with: file.path(), operation }) {
+        Ok(ran) => {
+            let words = ran.message.split(' ').filter_map(|word| word.parse().ok());
+            let numbers: Vec<usize> = words.collect();
+            [numbers[1], numbers[2], numbers[3]]
+        }
+        Err(error) => {
+            let said = error.to_string();
+            assert!(said.contains("found the first cloud inside the second"), "{said}");
+            [0; 3]
+        }
+    })
+}
+
+const SIZE: Vec3 = Vec3::new(1.0, 0.7, 0.4);
+
+/// About 1 s.
+#[test]
+fn a_cloud_with_itself_stays_once_and_less_itself_is_nothing() {
+    // Also a plate as thin as a surfel, and few surfels across each bend.
+    let plate = cuboid(Vec3::ZERO, Vec3::new(1.0, 1.0, 0.05), 0.05);
+    let cube = cuboid(Vec3::ZERO, Vec3::ONE, 0.04);
+    for cloud in [cube, plate, ellipsoid(500, SIZE), torus(600)] {
+        for (origin, scale) in [(0.0, 1.0), (1e6, 1.0), (0.0, 1e-6)] {
+            let mut cloud = cloud.clone();
+            cloud.origin = DVec3::splat(origin);
+            cloud.positions.iter_mut().chain(&mut cloud.radii).for_each(|number| *number *= scale);
+            let n = cloud.radii.len();
+            assert_eq!(counts(&cloud, &cloud), [[n, 0, 0], [n, 0, 0], [0; 3]], "{origin} {scale}");
+            // A copy whose places are off by a few roundings of `f32`.
+            let mut copy = cloud.clone();
+            copy.positions.iter_mut().for_each(|x| *x *= 1.000_000_5);
+            assert_eq!(counts(&cloud, &copy), [[n, 0, 0], [n, 0, 0], [0; 3]], "{origin} {scale}");
+        }
+    }
+}
+
+/// About 1.9 s.
+#[test]
+fn two_samplings_of_a_surface_are_one() {
+    let cube = |step| cuboid(Vec3::ZERO, Vec3::ONE, step);
+    let ellipsoid = |n| ellipsoid(n, SIZE);
+    for (name, dense, sparse) in [
+        ("box", cube(0.1), cube(0.14)),
+        ("box", cube(0.1), cube(0.23)),
+        ("ellipsoid", ellipsoid(700), ellipsoid(500)),
+        ("ellipsoid", ellipsoid(1600), ellipsoid(400)),
+        ("torus", torus(1000), torus(900)),
+    ] {
+        for (first, second) in [(&dense, &sparse), (&sparse, &dense)] {
+            let (n, n_second) = (first.radii.len(), second.radii.len());
+            let [union, intersection, difference] = counts(first, second);
+            let said = format!("{name} {n} {n_second}: {union:?} {intersection:?} {difference:?}");
+            let few = |n: usize| n / 100;
+            for [of_first, of_second, n_cut] in [union, intersection] {
+                assert!(of_first >= n - few(n) && of_second <= few(n_second), "{said}");
+                assert!(n_cut <= few(n + n_second), "{said}");
+            }
+            assert!(difference[0] <= few(n) && difference[1] <= few(n_second), "{said}");
+        }
+    }
+}
+
+/// A thinned cloud has some of the surfels, with wider discs.
+#[test]
+fn a_thinned_copy_is_the_same_surface() {
+    let noisy = |mut cloud: TestCloud| {
+        // Normals as of scans, which no fit agrees with.
+        for (i, x) in cloud.normals.iter_mut().enumerate() {
+            *x += 0.1 * noise(i as u64) as f32;
+        }
+        cloud
+    };
+    let cloud = noisy(torus(3000));
+    let mut thin = TestCloud::default();
+    for i in (0..3000).filter(|i| scattered(*i as u64).is_multiple_of(3)) {
+        thin.positions.extend(&cloud.positions[3 * i..3 * i + 3]);
+        thin.normals.extend(&cloud.normals[3 * i..3 * i + 3]);
+        thin.radii.push(1.8 * cloud.radii[i]);
+    }
+    let n = thin.radii.len();
+    let [union, intersection, difference] = counts(&cloud, &thin);
+    let said = format!("{n}: {union:?} {intersection:?} {difference:?}");
+    assert!(union[0] >= 2970 && intersection[0] >= 2970 && difference[0] <= 30, "{said}");
+    assert_eq!([union[1], intersection[1], difference[1]], [0; 3], "{said}");
+}
+
+/// About 1.5 s.
+#[test]
+fn surfaces_that_are_a_third_of_a_spacing_apart_are_told_apart() {
+    // The outer of two shells is all of what is in either.
+    for cloud in [ellipsoid(3000, SIZE), torus(3000)] {
+        let mut outer = cloud.clone();
+        for (x, n) in outer.positions.iter_mut().zip(&cloud.normals) {
+            *x += 0.3 * cloud.radii[0] * n;
+        }
+        let n = cloud.radii.len();
+        assert_eq!(counts(&cloud, &outer), [[0, n, 0], [n, 0, 0], [0; 3]]);
+        assert_eq!(counts(&outer, &cloud), [[n, 0, 0], [0, n, 0], [n, n, 0]]);
+    }
+    // Of a copy that is moved along x the halves that are farther out stay, without holes.
+    let cloud = torus(3000);
+    let by = 0.3 * cloud.radii[0];
+    let mut moved = cloud.clone();
+    moved.positions.iter_mut().step_by(3).for_each(|x| *x += by);
+    let file = TemporaryFile::new("moved.ply", ply_text(&moved, false).as_bytes());
+    let params = Settings { with: file.path(), operation: Operation::Union };
+    let joined = pieces(&run::<Boolean>(&cloud, &params).unwrap());
+    let to_torus = |p: DVec3| (p.truncate().length() - 1.0).hypot(p.z) - 0.4;
+    // All rays from amid its tube that do not leave it through the hole in the middle.
+    for along in sphere(1500).iter().map(|d| d.as_dvec3()).filter(|d| d.x > 0.0) {
+        let hits = joined.iter().filter_map(|piece| piece.meets(DVec3::X, along));
+        let nearest = DVec3::X + hits.fold(f64::INFINITY, f64::min) * along;
+        assert!(nearest.is_finite(), "a hole towards {along}");
+        let off = to_torus(nearest).min(to_torus(nearest - f64::from(by) * DVec3::X));
+        assert!(off.abs() < 0.1 * f64::from(cloud.radii[0]), "{off} off towards {along}");
+    }
 }

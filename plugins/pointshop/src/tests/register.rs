@@ -143,7 +143,7 @@ fn the_motion_told_is_that_of_transform_and_far_origins_lose_nothing() {
         assert!(a.distance(b) < 3e-6, "{a} {b}");
     }
     // Longer lines are cut by the host.
-    assert!(ran.message.len() <= 200, "{}", ran.message);
+    assert!(ran.message.len() <= 300, "{}", ran.message);
 }
 
 #[test]

@@ -319,7 +319,7 @@ fn stage(
 
 /// Stages colours of some surfels, in order of their numbers, in the type that the cloud's have, and other columns; all else
 /// stays.
-fn stage_colors<'a>(
+pub(crate) fn stage_colors<'a>(
     cloud: &CloudView<'_>,
     painted: &[(usize, Vec3)],
     others: impl Iterator<Item = NewColumn<'a>>,

@@ -6,7 +6,7 @@ use crate::cloud::buffer::Buffer;
 use crate::cloud::changes;
 use crate::cloud::column::{Column, usual_type};
 use crate::memory::ask;
-use surfelshop_api::columns::Element;
+use surfelshop_api::columns::{Element, RADIUS};
 
 fn checked(cloud: &Cloud, selection: &Selection) -> Result<usize, SelectionError> {
     if selection.len() != cloud.len() {
@@ -74,6 +74,11 @@ pub fn set_column(
         Some(column) => (Some(column), column.components() as usize),
         None => (None, values.len()),
     };
+    if name == RADIUS
+        && let Some(found) = values.iter().find(|value| !(value.is_finite() && **value > 0.0))
+    {
+        return Err(wrong("a radius above 0".to_owned(), found.to_string()));
+    }
     if values.len() != components || components == 0 {
         let plural = if components == 1 { "" } else { "s" };
         return Err(wrong(format!("{components} value{plural}"), values.len().to_string()));

@@ -1,6 +1,6 @@
 //! Strokes of tools over clouds that are larger than memory: done again to what is read of them.
 
-use super::{Selection, SelectionError};
+use super::{Selection, SelectionError, SurfelRuns};
 use crate::cloud::Cloud;
 use crate::cloud::edit::EditedCloud;
 use crate::cloud::part::CloudPart;
@@ -24,6 +24,12 @@ pub struct NamedStroke {
     pub values: Map<String, Json>,
     /// What the hand did, in world space.
     pub stroke: Stroke,
+    /// Surfels of the cloud that it was led over, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub n_surfels: Option<u64>,
+    /// The surfels that it concerned, where others near it were left out: some were selected or hidden.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub among: Option<SurfelRuns>,
 }
 
 /// Runs tools along strokes.
@@ -64,7 +70,13 @@ impl NamedStroke {
         for (id, json) in &self.values {
             let declared = declared.iter().find(|declared| declared.id == *id);
             let declared = declared.ok_or_else(|| format!("it has no parameter `{id}`"))?;
-            let value = value_of(json).and_then(|value| declared.fitted(&value));
+            // Hands cannot lead a tool with others.
+            let is_within = |value: &Value| match (value, declared.range) {
+                (Value::Float(number), Some([low, high])) => (low..=high).contains(number),
+                (Value::Int(number), Some([low, high])) => (low..=high).contains(&(*number as f64)),
+                _ => true,
+            };
+            let value = value_of(json).filter(is_within).and_then(|value| declared.fitted(&value));
             let value = value.ok_or_else(|| {
                 format!("`{id}`: expected {}, found {json}", declared.expectation())
             })?;
@@ -118,6 +130,13 @@ impl NamedStroke {
     /// # Errors
     /// A line why not.
     pub(super) fn check(&self, cloud: &Cloud) -> Result<(), SelectionError> {
+        if self.among.is_some() {
+            return Err(SelectionError::Tool {
+                tool: self.tool.clone(),
+                line: "expected a stroke over what a layer's regions say, found one over surfels by their numbers"
+                    .to_owned(),
+            });
+        }
         let Stroke { radius, dabs, samples } = &self.stroke;
         let length: f64 =
             samples.windows(2).map(|ends| ends[0].place.distance(ends[1].place)).sum();

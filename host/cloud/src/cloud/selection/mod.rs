@@ -17,6 +17,7 @@ mod neighbours;
 mod placement;
 mod region;
 mod regions;
+mod runs;
 mod screen;
 #[cfg(test)]
 mod tests;
@@ -30,8 +31,9 @@ pub use led::{NamedStroke, StrokeTools};
 pub use neighbours::{component, connected, grown, shrunk, usual_distance};
 pub use region::{Reach, Region};
 pub use regions::{RegionSelection, RegionStep};
+pub use runs::SurfelRuns;
 pub use screen::{ScreenRegion, ScreenShape};
-pub use tint::tinted;
+pub use tint::{Tint, tinted};
 
 use crate::memory::with_room;
 use serde::{Deserialize, Serialize};

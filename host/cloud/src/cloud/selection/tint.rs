@@ -10,8 +10,25 @@ use std::sync::Arc;
 use surfelshop_api::columns::{COLOR, NEUTRAL_ALBEDO};
 use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
 
-/// How much of the tint there is in a colour.
-const SHARE: f32 = 0.7;
+/// How strongly what is selected is tinted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tint {
+    /// So that it is told from everything else.
+    #[default]
+    Full,
+    /// So that colours that are being painted are told from each other.
+    Faint,
+}
+
+impl Tint {
+    /// How much of the tint there is in a colour.
+    fn share(self) -> f32 {
+        match self {
+            Self::Full => 0.7,
+            Self::Faint => 0.25,
+        }
+    }
+}
 
 /// The tint: an orange that few scans have, sRGB-encoded.
 const TINT: [f32; 3] = [1.0, 0.48, 0.05];
@@ -25,6 +42,7 @@ pub fn tinted(
     cloud: &Cloud,
     selection: &Selection,
     rows: Option<&[u32]>,
+    tint: Tint,
 ) -> Result<Cloud, SelectionError> {
     let is_selected = |i: usize| {
         selection
@@ -50,7 +68,7 @@ pub fn tinted(
     ask((before.values().len() * before.values().element().size()) as u64)?;
     let mut values = before.values().clone();
     let components = before.components() as usize;
-    let mixed = |old: f32, channel: usize| old + SHARE * (TINT[channel] - old);
+    let mixed = |old: f32, channel: usize| old + tint.share() * (TINT[channel] - old);
     for &row in chosen.iter() {
         for channel in 0..components.min(3) {
             let at = row as usize * components + channel;

@@ -4,6 +4,7 @@ use crate::document::open_clouds::OpenClouds;
 use eframe::egui::Context;
 use std::sync::mpsc::{Receiver, channel};
 use surfelshop_cloud::display::{ColorSource, DisplaySettings};
+use surfelshop_cloud::selection::Tint;
 use surfelshop_session::input::displayed::{DisplayedClouds, Selected};
 use surfelshop_session::options::camera::Extent;
 
@@ -17,6 +18,7 @@ pub(crate) struct DisplayInputs {
     pub(super) settings: DisplaySettings,
     /// What is selected of each visible cloud, and tinted.
     pub(super) selections: Vec<Option<Selected>>,
+    pub(super) tint: Tint,
     pub(super) radius_scale: f32,
 }
 
@@ -37,6 +39,7 @@ impl DisplayInputs {
             (one, other) => one.is_none() && other.is_none(),
         };
         self.settings == other.settings
+            && self.tint == other.tint
             && self.open_clouds == other.open_clouds
             && self.selections.len() == other.selections.len()
             && self.selections.iter().zip(&other.selections).all(same)
@@ -62,7 +65,7 @@ impl DisplayInputs {
             let displayed =
                 DisplayedClouds::new(whole, settings).map_err(|error| error.to_string());
             let tinted = |displayed: DisplayedClouds| {
-                displayed.tinted(&self.selections).map_err(|error| error.to_string())
+                displayed.tinted(&self.selections, self.tint).map_err(|error| error.to_string())
             };
             match displayed.and_then(tinted) {
                 Ok(displayed) => {

@@ -9,6 +9,7 @@ use job::{DisplayInputs, DisplayJob, DisplayOutcome};
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 use surfelshop_cloud::display::DisplaySettings;
+use surfelshop_cloud::selection::Tint;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::options::camera::Extent;
 
@@ -34,9 +35,11 @@ impl Window {
             }
         }
         let (settings, selections) = (self.display_settings(), self.visible_selections());
+        // Where nothing is selected a tool in hand changes nothing.
+        let tint = if selections.iter().any(Option::is_some) { self.tint() } else { Tint::Full };
         let Some(shown) = &mut self.document.clouds else { return };
         let (open_clouds, radius_scale) = (shown.open_clouds.clone(), shown.radius_scale);
-        let inputs = DisplayInputs { open_clouds, settings, selections, radius_scale };
+        let inputs = DisplayInputs { open_clouds, settings, selections, tint, radius_scale };
         if shown.displayed_of.as_ref().is_some_and(|of| of.is_alike(&inputs)) {
             // A cloud that was saved is the same one.
             shown.displayed_of = Some(inputs);

@@ -2,6 +2,7 @@
 
 use crate::theme::{Icon, space, tokens};
 use eframe::egui::epaint::RectShape;
+use eframe::egui::text::CCursorRange;
 use eframe::egui::{
     Align2, Color32, CursorIcon, FontId, Galley, Key, Pos2, Rect, Response, Role, Sense, TextEdit,
     TextStyle, TextureId, Ui, WidgetInfo, pos2, vec2,
@@ -152,8 +153,13 @@ fn eye(ui: &Ui, row: &Response, at: Rect, name: &str, shown: bool, color: Color3
 
 /// A line to type a name into, in place of a row; the name, once it is done, or nothing where it is given up.
 pub(super) fn rename(ui: &mut Ui, typed: &mut String) -> Option<Option<String>> {
-    let line = TextEdit::singleline(typed).desired_width(f32::INFINITY);
-    let response = ui.add(line);
+    let line = TextEdit::singleline(typed).desired_width(f32::INFINITY).show(ui);
+    let (response, mut state) = (line.response.response, line.state);
+    if !response.has_focus() && !response.lost_focus() {
+        // What is typed takes the place of the name.
+        state.cursor.set_char_range(Some(CCursorRange::select_all(&line.galley)));
+        state.store(ui.ctx(), response.id);
+    }
     response.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "new name"));
     if ui.input(|input| input.key_pressed(Key::Escape)) {
         return Some(None);

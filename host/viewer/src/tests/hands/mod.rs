@@ -13,7 +13,9 @@ use std::path::PathBuf;
 use std::time::Duration;
 use surfelshop_api::columns::COLOR;
 use surfelshop_api::params::Value;
-use surfelshop_cloud::{Cloud, How};
+use surfelshop_cloud::selection::{NamedStroke, Tint};
+use surfelshop_cloud::{Cloud, CloudPart, How};
+use surfelshop_runtime::tools::{Ended, Running};
 use surfelshop_session::input::strokes;
 use surfelshop_session::options::select::{SelectStep, select};
 use surfelshop_session::options::{DeviceArguments, UpAxis};
@@ -204,6 +206,70 @@ fn lassos_and_brushes_select_and_split_off() {
     assert_eq!(screen.window().n_selected().0, 0);
 }
 
+/// What the brush makes of a stroke that was recorded.
+fn led_again(screen: &mut Screen, cloud: &Cloud, led: &NamedStroke) -> Cloud {
+    let Readiness::Ready(unit) = screen.window().plugins.tools.units.readiness("brush") else {
+        panic!()
+    };
+    let values = led.fitted(&unit.description.params).unwrap();
+    let among = led.among.as_ref().map(|among| among.selection(cloud.len()).unwrap());
+    let part = CloudPart::along(cloud, &led.stroke, among.as_ref()).unwrap();
+    let stroke = Some(led.stroke.clone());
+    let mut running = Running::start_on(unit, &values, part, stroke, &Default::default()).unwrap();
+    let Some(Ended::Done(done)) = running.wait(super::TIMEOUT) else { panic!() };
+    done.edited.unwrap().cloud
+}
+
+/// Invariant: Alt and a click give the tool in hand the colour under the pointer and change no cloud
+#[test]
+fn colours_are_taken_from_the_cloud() {
+    let mut screen = with_brushes();
+    let before = cloud(&mut screen);
+    screen.harness.key_press(Key::P);
+    screen.until("the tool", |window| {
+        matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
+    });
+    drag(&mut screen, &[MIDDLE, MIDDLE], Modifiers::ALT);
+    let taken = screen.window().plugins.tools.values.get("brush").and_then(|all| all.get("color"));
+    let Some(Value::Color(taken)) = taken.cloned() else { panic!("no colour") };
+    // The sample's colours differ from place to place: it is one of them.
+    assert!(before.view().albedos().iter().any(|albedo| albedo.to_array() == taken), "{taken:?}");
+    assert_eq!(generation(&cloud(&mut screen), COLOR), generation(&before, COLOR));
+    assert!(screen.window().views.hands.said.starts_with("brush: took the colour"));
+    drag(&mut screen, &[CORNER, CORNER], Modifiers::ALT);
+    assert_eq!(generation(&cloud(&mut screen), COLOR), generation(&before, COLOR));
+}
+
+/// Invariant: what is led over a selection alone is done again over it, bit by bit, and over no other cloud
+#[test]
+fn a_stroke_over_a_selection_is_recorded_with_it() {
+    let mut screen = with_brushes();
+    let before = cloud(&mut screen);
+    screen.harness.key_press(Key::T);
+    screen.frames();
+    let corner = MIDDLE + eframe::egui::vec2(60.0, 60.0);
+    drag(&mut screen, &[MIDDLE, corner], Modifiers::NONE);
+    let n_selected = screen.window().n_selected().0;
+    assert!(n_selected > 50, "{n_selected}");
+    screen.harness.key_press(Key::P);
+    screen.until("the tool", |window| {
+        matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
+    });
+    assert_eq!(screen.window().tint(), Tint::Faint, "what is painted has to be seen");
+    drag(&mut screen, &[MIDDLE - eframe::egui::vec2(40.0, 0.0), corner], Modifiers::NONE);
+    let painted = cloud(&mut screen);
+    let noted = strokes::of_cloud(&painted);
+    let read: NamedStroke =
+        serde_json::from_str(&serde_json::to_string(&noted[0]).unwrap()).unwrap();
+    assert_eq!((&read, read.n_surfels), (&noted[0], Some(before.len() as u64)));
+    let among = read.among.as_ref().unwrap().selection(before.len()).unwrap();
+    assert!(among.count() > 0 && among.count() <= n_selected, "{}", among.count());
+    let [old, new] = [&before, &painted].map(|cloud| cloud.view().albedos());
+    assert!((0..before.len()).all(|i| old[i] == new[i] || among.contains(i)));
+    let again = led_again(&mut screen, &before, &read);
+    assert!(again.column(COLOR).unwrap().values() == painted.column(COLOR).unwrap().values());
+}
+
 /// Invariant: a stroke is one step of undo, and its file makes the same bits
 #[test]
 fn a_stroke_paints_is_undone_and_is_recorded() {
@@ -245,23 +311,7 @@ fn a_stroke_paints_is_undone_and_is_recorded() {
     let path = folder.path().join("a.strokes.json");
     std::fs::write(&path, text).unwrap();
     let again = strokes::read(&path).unwrap();
-    let Readiness::Ready(unit) = screen.window().plugins.tools.units.readiness("brush") else {
-        panic!()
-    };
-    let values = again[0].fitted(&unit.description.params).unwrap();
-    let part = surfelshop_cloud::CloudPart::along(&before, &again[0].stroke, None).unwrap();
-    let mut running = surfelshop_runtime::tools::Running::start_on(
-        unit,
-        &values,
-        part,
-        Some(again[0].stroke.clone()),
-        &Default::default(),
-    )
-    .unwrap();
-    let Some(surfelshop_runtime::tools::Ended::Done(done)) = running.wait(super::TIMEOUT) else {
-        panic!()
-    };
-    let replayed = done.edited.unwrap().cloud;
+    let replayed = led_again(&mut screen, &before, &again[0]);
     assert!(replayed.column(COLOR).unwrap().values() == painted.column(COLOR).unwrap().values());
 
     screen.settle();

@@ -5,6 +5,7 @@ use super::state::HandMode;
 use crate::window::Window;
 use surfelshop_api::{Dabs, Handling, UnitKind};
 use surfelshop_cloud::Cloud;
+use surfelshop_cloud::selection::Tint;
 use surfelshop_session::input::displayed::Selected;
 
 impl Window {
@@ -23,6 +24,14 @@ impl Window {
         let Some(shown) = &self.document.clouds else { return Vec::new() };
         let visible = shown.open_clouds.all().iter().filter(|open_cloud| open_cloud.visible);
         visible.map(|open| self.views.hands.selected_of(&open.loaded.cloud)).collect()
+    }
+
+    /// How strongly what is selected is tinted: what a tool paints there has to be seen.
+    pub(crate) fn tint(&self) -> Tint {
+        match self.views.hands.mode {
+            HandMode::Tool(_) => Tint::Faint,
+            _ => Tint::Full,
+        }
     }
 
     /// How many surfels are selected, and of how many; of pyramids about.

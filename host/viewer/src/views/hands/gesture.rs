@@ -107,7 +107,15 @@ fn begin(window: &mut Window, ui: &Ui, pane: u32, rects: &[Rect], at: Pos2) {
     let (began, modifiers) = ui.ctx().input(|input| (input.time, input.modifiers));
     let how = how(modifiers);
     let share = f64::from(window.views.hands.radius);
-    let radius = picture.hit(at).map(|(place, _)| picture.length_at(place, share));
+    let hit = picture.hit(at);
+    if let (HandMode::Tool(tool), true) = (window.views.hands.mode.clone(), modifiers.alt) {
+        match hit {
+            Some((place, _)) => window.take_color(&tool, place),
+            None => window.messages.report("no surfel is there"),
+        }
+        return;
+    }
+    let radius = hit.map(|(place, _)| picture.length_at(place, share));
     if window.views.hands.mode.has_radius() && radius.is_none() {
         // Beside the cloud nothing is painted, and a click there selects nothing.
         if window.views.hands.mode.selects() && how == Combine::Replace {

@@ -1,7 +1,7 @@
 //! Hands on the cloud: surfels are selected in a picture, and tools are led over it.
 //!
 //! `state` holds what a hand does and what is selected, `actions` changes it, `gesture` follows the pointer, `place` finds what lies under
-//! it, `select` and `stroke` do what a gesture means, `handles` selects by a box or a plane, `pairs` clicks places for a tool, `edits` does something with what is selected, `hide` hides it, `layers` does the same over pyramids, and `options` and
+//! it, `select` and `stroke` do what a gesture means, `handles` selects by a box or a plane, `pairs` clicks places for a tool, `take_color` gives it the colour of what is there, `edits` does something with what is selected, `hide` hides it, `layers` does the same over pyramids, and `options` and
 //! `cursor` show it.
 //!
 //! Invariants: a gesture changes nothing in settings; a stroke is one step of undo; what fails leaves the cloud as it
@@ -22,6 +22,7 @@ mod state;
 mod stroke;
 mod stroke_layers;
 mod stroke_run;
+mod take_color;
 
 pub(crate) use edits::{status, unused};
 pub(super) use gesture::over_picture;

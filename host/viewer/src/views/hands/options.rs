@@ -166,6 +166,9 @@ fn tool(window: &mut Window, ui: &mut Ui, name: &str) {
         let owner = ParameterOwner::Tool(name.to_owned());
         files::open_for_parameter(window, ui.ctx(), owner, &parameter);
     }
+    if window.color_parameter(name).is_some() {
+        ui.weak("Alt and a click take the colour under the pointer.");
+    }
     let (n, _) = window.n_selected();
     if n > 0 {
         ui.weak(format!("Works on the {} selected surfels alone.", in_groups(n as u64)));

@@ -172,6 +172,10 @@ impl Window {
                         return self.fail_stroke(&line);
                     }
                 } else if let (Some(edited), Some(run)) = (done.edited, run) {
+                    if edited.cloud.is_empty() {
+                        return self
+                            .fail_stroke("it leaves no surfel; a cloud cannot be without any");
+                    }
                     let clouds = run.before.edited(run.index, edited.cloud.clone());
                     let selection = self.views.hands.selection_of(&run.base);
                     // What was moved is selected still.

@@ -424,7 +424,9 @@ fn strokes_over_parts_are_those_over_the_whole() {
     let dabs = Dabs { reach: surfelshop_api::Reach::Volume, ..Dabs::USUAL };
     let stroke = Stroke { radius: 0.15, dabs, samples: vec![place(-0.2), place(0.4)] };
     let led = |tool: &str| {
-        let led = NamedStroke { tool: tool.to_owned(), values: Map::new(), stroke: stroke.clone() };
+        let (tool, values) = (tool.to_owned(), Map::new());
+        let led =
+            NamedStroke { tool, values, stroke: stroke.clone(), n_surfels: None, among: None };
         LayerChange::Stroke(led)
     };
     // The cloud is moved up by two, and one to the front; of its surfels those on the right are selected.

@@ -227,7 +227,7 @@ fn a_tint_changes_what_is_selected_and_nothing_else() {
     let none = Selection::none(200).unwrap();
     let generations =
         |cloud: &Cloud| cloud.columns().iter().map(Column::generation).collect::<Vec<_>>();
-    assert_eq!(generations(&tinted(&cloud, &none, None).unwrap()), generations(&cloud));
+    assert_eq!(generations(&tinted(&cloud, &none, None, Tint::Full).unwrap()), generations(&cloud));
     let some = Selection::of(200, |i| i == 5 || i == 150).unwrap();
     let with_colors = with_value(&cloud, &none.inverted(), "color", &[10.0, 20.0, 30.0]).unwrap();
     // Shown are the surfels of the second half alone.
@@ -235,11 +235,11 @@ fn a_tint_changes_what_is_selected_and_nothing_else() {
     let shown = with_colors.keep(
         &none.inverted().mask().iter().enumerate().map(|(i, _)| i >= 100).collect::<Vec<_>>(),
     );
-    let tint = tinted(&shown.unwrap(), &some, Some(&rows)).unwrap();
+    let tint = tinted(&shown.unwrap(), &some, Some(&rows), Tint::Full).unwrap();
     let Some(Buffer::U8(values)) = tint.column("color").map(Column::values) else { panic!() };
     for (i, color) in values.chunks_exact(3).enumerate() {
         assert_eq!(color == [10, 20, 30], i != 50, "{i}: {color:?}");
     }
-    let neutral = tinted(&cloud, &some, None).unwrap();
+    let neutral = tinted(&cloud, &some, None, Tint::Full).unwrap();
     assert_eq!(neutral.column("color").unwrap().components(), 3);
 }

@@ -1,0 +1,66 @@
+//! The colour of the surfel under the pointer, for the tool in hand.
+
+use crate::plugins::Readiness;
+use crate::window::Window;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+use std::sync::Arc;
+use surfelshop_api::params::{ParamKind, Value};
+use surfelshop_cloud::Cloud;
+use surfelshop_cloud::selection::{Selection, extracted};
+
+/// Surfels of the nodes of a pyramid that are looked at, at most.
+const MOST_NEAR: u64 = 1 << 18;
+
+impl Window {
+    /// The parameter of a tool that takes a colour: its first one.
+    pub(super) fn color_parameter(&self, tool: &str) -> Option<String> {
+        let Readiness::Ready(unit) = self.plugins.tools.units.readiness(tool) else { return None };
+        let mut declared = unit.description.params.iter();
+        declared.find(|declared| declared.kind == ParamKind::Color).map(|found| found.id.clone())
+    }
+
+    /// Gives a tool the colour of the surfel that is nearest to a place; says why where it cannot.
+    pub(super) fn take_color(&mut self, tool: &str, place: DVec3) {
+        let Some(id) = self.color_parameter(tool) else {
+            return self.messages.report(format!("{tool} takes no colour"));
+        };
+        let found = match self.color_near(place) {
+            Ok(Some(found)) => found,
+            Ok(None) => return self.messages.report("no surfel is there"),
+            Err(line) => return self.messages.warn(line),
+        };
+        let values = self.plugins.tools.values.entry(tool.to_owned()).or_default();
+        values.insert(id, Value::Color(found.to_array()));
+        let [r, g, b] = found.to_array();
+        self.views.hands.said = format!("{tool}: took the colour {r:.3}, {g:.3}, {b:.3}");
+    }
+
+    /// Linear Rec. 709 of the nearest visible surfel, as its file has it.
+    fn color_near(&self, place: DVec3) -> Result<Option<Vec3>, String> {
+        let mut clouds: Vec<Arc<Cloud>> =
+            self.hand_clouds().into_iter().map(|(.., cloud)| Arc::new(cloud)).collect();
+        for hand in self.hand_pyramids() {
+            let is_near = |middle: DVec3, radius: f64| middle.distance(place) <= radius;
+            clouds.extend(hand.nodes_within(is_near, MOST_NEAR)?);
+        }
+        let nearest = clouds.iter().filter_map(|cloud| Some((nearest(cloud, place)?, cloud)));
+        let Some(((_, row), cloud)) = nearest.min_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
+            return Ok(None);
+        };
+        let color = || {
+            let mut one = Selection::none(cloud.len())?;
+            one.insert(row);
+            Ok(extracted(cloud, &one)?.view().albedos().first().copied())
+        };
+        color().map_err(|error: surfelshop_cloud::selection::SelectionError| error.to_string())
+    }
+}
+
+/// How far away the nearest surfel of a cloud is, squared, and its number.
+fn nearest(cloud: &Cloud, place: DVec3) -> Option<(f64, usize)> {
+    let place = place - cloud.origin();
+    let all = cloud.positions().par_iter().enumerate();
+    let all = all.map(|(i, at)| (at.as_dvec3().distance_squared(place), i));
+    all.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+}
