@@ -7,9 +7,11 @@ mod ply;
 mod register;
 mod shapes;
 mod smooth;
+mod stamp;
 mod texture;
 
 use std::cell::{Cell, RefCell};
+use surfelshop_api::Stroke;
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS, Values};
 use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::job::{CANCELLED, JobHost};
@@ -130,8 +132,22 @@ impl ToolOutput {
 
 /// Runs a tool to its end.
 fn run<T: Tool>(cloud: &TestCloud, params: &T::Params) -> Result<ToolOutput> {
+    run_along::<T>(cloud, params, None)
+}
+
+/// The same along a stroke.
+fn run_along<T: Tool>(
+    cloud: &TestCloud,
+    params: &T::Params,
+    stroke: Option<&Stroke>,
+) -> Result<ToolOutput> {
     let host = RecordingHost::default();
-    T::new(&HostInfo::default())?.run(&cloud.view(), params, &Job::new(&host))?;
+    let job = Job::new(&host);
+    let job = match stroke {
+        Some(stroke) => job.with_stroke(stroke),
+        None => job,
+    };
+    T::new(&HostInfo::default())?.run(&cloud.view(), params, &job)?;
     let message = host.messages.borrow().last().map(|(_, message)| message.clone());
     Ok(ToolOutput { staged: host.staged.into_inner(), message: message.unwrap_or_default() })
 }

@@ -5,7 +5,7 @@ use crate::cli::program::TestFolder;
 use serde_json::Value;
 
 /// Tools that see a cloud as a whole: their case `parts` is left out.
-const WHOLE: [&str; 14] = [
+const WHOLE: [&str; 16] = [
     "sample",
     "splats",
     "brush",
@@ -20,6 +20,8 @@ const WHOLE: [&str; 14] = [
     "transform",
     "deform",
     "texture",
+    "image-brush",
+    "emboss",
 ];
 
 /// Case and verdict of all that was run.

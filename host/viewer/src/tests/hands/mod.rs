@@ -256,7 +256,8 @@ fn a_stroke_over_a_selection_is_recorded_with_it() {
         matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
     });
     assert_eq!(screen.window().tint(), Tint::Faint, "what is painted has to be seen");
-    drag(&mut screen, &[MIDDLE - eframe::egui::vec2(40.0, 0.0), corner], Modifiers::NONE);
+    let above = MIDDLE - eframe::egui::vec2(0.0, 40.0);
+    drag(&mut screen, &[above, MIDDLE + eframe::egui::vec2(5.0, 20.0)], Modifiers::NONE);
     let painted = cloud(&mut screen);
     let noted = strokes::of_cloud(&painted);
     let read: NamedStroke =
