@@ -34,12 +34,12 @@ fn surface_at(pixel: vec2<u32>) -> Surface {
     let bits = textureLoad(surface_packed, pixel, 0);
     let s = packing::unpack_surface(bits);
     let depth = s.depth * view::view.unit;
-    let seen = view::seen_at(vec2<f32>(pixel) + 0.5, depth);
+    let point = view::world_point_at(vec2<f32>(pixel) + 0.5, depth);
     return Surface(
         depth,
-        seen.position,
+        point.position,
         s.normal,
-        seen.to_eye,
+        point.to_eye,
         s.albedo,
         s.ao,
         pixel,

@@ -62,7 +62,7 @@ fn world_from_view_direction(direction: vec3<f32>) -> vec3<f32> {
 }
 
 // A point that is seen, world-oriented.
-struct Seen {
+struct WorldPoint {
     // From the eye, scene units.
     position: vec3<f32>,
     // Unit vector to the eye.
@@ -71,15 +71,15 @@ struct Seen {
 
 // The point at `depth` along the viewing axis, scene units, that is seen at a position in pixels. It is what
 // `position_in_view` and `to_eye_in_view` say, turned to world axes once for both.
-fn seen_at(position_px: vec2<f32>, depth: f32) -> Seen {
+fn world_point_at(position_px: vec2<f32>, depth: f32) -> WorldPoint {
     // At distance 1 no scene's size can overflow its square.
     let at_one = position_in_view(position_px, 1.0);
     if view.orthographic == 1u {
         let position = world_from_view_direction(vec3(at_one.xy, -depth));
-        return Seen(position, view.world_from_view[2].xyz);
+        return WorldPoint(position, view.world_from_view[2].xyz);
     }
     let ray = world_from_view_direction(at_one);
-    return Seen(ray * depth, -normalize(ray));
+    return WorldPoint(ray * depth, -normalize(ray));
 }
 
 // Turns a world direction to view axes.
