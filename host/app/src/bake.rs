@@ -218,7 +218,6 @@ fn bake(
             let replayed = bake_strokes::replay(arguments, steps, &strokes, given)?;
             let baked = steps.iter().zip(replayed).map(|(step, replayed)| match replayed {
                 Some(replayed) => {
-                    leaves_some(step, n_before, &cloud)?;
                     let strokes = Some((replayed.n_strokes, replayed.n_concerned));
                     let baked = Baked::of(replayed.done, (n_before, cloud.len()), None, &cloud);
                     Ok(Baked { strokes, ..baked })
@@ -261,7 +260,7 @@ fn run_all(
 }
 
 /// Whether a tool left something of a cloud.
-fn leaves_some(step: &Step, n_before: usize, cloud: &Cloud) -> anyhow::Result<()> {
+pub(crate) fn leaves_some(step: &Step, n_before: usize, cloud: &Cloud) -> anyhow::Result<()> {
     ensure!(
         !cloud.is_empty() || n_before == 0,
         "{}: it takes all {n_before} surfels away; a cloud cannot be left without any",

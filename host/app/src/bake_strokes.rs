@@ -1,6 +1,7 @@
 //! Strokes of a file, done again by `surfelshop bake`, and tools over what is selected.
 
 use crate::arguments::BakeArguments;
+use crate::bake::leaves_some;
 use anyhow::{Context as _, anyhow, bail};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -53,6 +54,7 @@ pub(crate) fn replay(
     (cloud, options, stop): (&mut Cloud, &ToolOptions, &AtomicBool),
 ) -> anyhow::Result<Vec<Option<Replayed>>> {
     let mut replayed: Vec<Option<Replayed>> = steps.iter().map(|_| None).collect();
+    let mut is_warned = false;
     for (i, (step, named)) in strokes.iter().enumerate() {
         let of = || format!("stroke {i} of {}", steps[*step].reference.id);
         let mut values = named
@@ -67,8 +69,21 @@ pub(crate) fn replay(
                 Some(select(cloud, &arguments.select, arguments.up.or_of([cloud.source()]).into())?)
             }
         };
-        let chosen = restricted(cloud, named, chosen).with_context(of)?;
         let part = CloudPart::along(cloud, &named.stroke, chosen.as_ref()).with_context(of)?;
+        if part.rows.is_empty() {
+            continue;
+        }
+        if named.n_surfels.is_some_and(|n| n != cloud.len() as u64) && !is_warned {
+            is_warned = true;
+            warn_of_another(named, cloud);
+        }
+        let part = match &named.among {
+            Some(_) => {
+                let chosen = restricted(cloud, named, chosen).with_context(of)?;
+                CloudPart::along(cloud, &named.stroke, Some(&chosen)).with_context(of)?
+            }
+            None => part,
+        };
         let n_concerned = part.rows.len() as u64;
         if n_concerned == 0 {
             continue;
@@ -76,6 +91,7 @@ pub(crate) fn replay(
         let stroke = Some(named.stroke.clone());
         let done = steps[*step].run_on(&values, part, stroke, (options, stop)).with_context(of)?;
         if let Some(edited) = &done.edited {
+            leaves_some(&steps[*step], cloud.len(), &edited.cloud)?;
             *cloud = edited.cloud.clone();
         }
         let so_far = &mut replayed[*step];
@@ -90,35 +106,34 @@ pub(crate) fn replay(
     Ok(replayed)
 }
 
-/// The surfels that a stroke is led over again, of those that were asked for. Says where the cloud is not the one that the
-/// stroke was led over.
+/// Says that a cloud is not the one that a stroke was led over.
+fn warn_of_another(named: &NamedStroke, cloud: &Cloud) {
+    let (n, found) = (named.n_surfels.unwrap_or_default(), cloud.len());
+    terminal::warn(format!(
+        "a stroke was led over a cloud of {n} surfels, and this one has {found}: the file says nothing of what else was done \
+         to that cloud"
+    ));
+}
+
+/// The surfels that a stroke is led over again, of those that were asked for, where it left others out.
 fn restricted(
     cloud: &Cloud,
     named: &NamedStroke,
     chosen: Option<Selection>,
-) -> anyhow::Result<Option<Selection>> {
+) -> anyhow::Result<Selection> {
     let found = cloud.len();
-    let other = named.n_surfels.filter(|n| *n != found as u64);
-    let Some(among) = &named.among else {
-        if let Some(n) = other {
-            terminal::warn_once(format!(
-                "strokes were led over a cloud of {n} surfels, and this one has {found}: what else was done to that \
-                 cloud, such as deleting, is not in the file"
-            ));
-        }
-        return Ok(chosen);
-    };
-    if let Some(n) = other {
+    if let Some(n) = named.n_surfels.filter(|n| *n != found as u64) {
         bail!(
-            "it was led over what was selected or not hidden of a cloud of {n} surfels, and this one has {found}; do \
-             what was done before it first, such as deleting"
+            "it left out surfels, by their numbers in a cloud of {n}, and this one has {found}; first do what was done \
+             before it, such as deleting"
         );
     }
-    let among = among.selection(found)?;
-    Ok(Some(match chosen {
-        Some(chosen) => chosen.combined(&among, Combine::Intersect)?,
-        None => among,
-    }))
+    let among = named.among.as_ref().map(|among| among.selection(found)).transpose()?;
+    let among = among.ok_or_else(|| anyhow!("it left nothing out"))?;
+    match chosen {
+        Some(chosen) => Ok(chosen.combined(&among, Combine::Intersect)?),
+        None => Ok(among),
+    }
 }
 
 /// What strokes before made is still there.

@@ -44,7 +44,7 @@ pub use cloud::changes::changed_rows;
 pub use cloud::column::{Column, is_well_known};
 pub use cloud::delta::CloudDelta;
 pub use cloud::edit::{EditedCloud, StagedEdits};
-pub use cloud::part::CloudPart;
+pub use cloud::part::{AMONG_NOTE, CloudPart};
 pub use cloud::provenance::{CloudEdit, How, ToolRun};
 pub use cloud::selection;
 pub use cloud::source::{CameraFrame, Scan, Source};

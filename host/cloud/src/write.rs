@@ -34,7 +34,13 @@ pub fn write(
     let failed = |error: io::Error| WriteError::Io { path: path.to_owned(), error };
     let Some(id) = writer(path, options)? else {
         let written = replace(path, |mut out| ply::write(&mut out, path, cloud, options), failed);
-        return written.map(|()| Written::default());
+        let lost = || match ply::n_edits_left_out(cloud) {
+            0 => Vec::new(),
+            n => vec![format!(
+                "the history of the first {n} edits, which is too long for a PLY file; save the strokes to have them"
+            )],
+        };
+        return written.map(|()| Written { lost: lost() });
     };
     let formats = options.formats;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

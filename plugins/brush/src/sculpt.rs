@@ -9,11 +9,12 @@
 //! stroke, which is found from the nearest place on it, n' = n + h |w'| t, where t points from that place to the surfel
 //! within the surface and w' is the slope of the falloff.
 //!
-//! Where surfels are pulled apart more than 1.5 times, by s = sqrt(1 + (h w')²), others are put between them down the slope:
-//! two, or four, up to eight, a radius times s over their number apart.
+//! Where surfels are pulled apart more than 1.25 times, by s = sqrt(1 + (h w')²), others are put between them down the slope:
+//! two, or four, up to eight, a radius times s over their number apart. w' is as much flatter as w is less than what the
+//! falloff alone gives: by pressure, and where the surfel faces another way.
 //!
-//! Limits: beyond a slope of 8 holes stay; go over it again. The tangents of ellipses stay. Without a stroke, and in clouds
-//! without radii, nothing is put between.
+//! Limits: each stroke over a slope puts others between anew. Along a ridge that is bent surfels are pulled apart, too, which
+//! is not seen. The tangents of ellipses stay. Without a stroke, and in clouds without radii, nothing is put between.
 
 use surfelshop_api::columns::{NORMAL, POSITION};
 use surfelshop_api::glam::{DVec3, Vec3};
@@ -76,7 +77,12 @@ fn raise(cloud: &CloudView<'_>, height: f32, job: &Job<'_>) -> Result<()> {
         let normal = Vec3::from_slice(&normals[3 * i..3 * i + 3]);
         let (unit, slope) = match stroke {
             Some(stroke) => {
-                (stroke.radius as f32, slope(stroke, cloud.origin + place.as_dvec3(), normal))
+                let at = cloud.origin + place.as_dvec3();
+                // Pressure, and how the surfel faces the stroke, make it flatter.
+                let share = away(stroke, at).length() / stroke.radius;
+                let full = stroke.dabs.falloff.weight(share) as f32;
+                let part = if full > 0.0 { (weights[i] / full).min(1.0) } else { 0.0 };
+                (stroke.radius as f32, slope(stroke, at, normal) * part)
             }
             None => (own_radii.map_or(0.0, |radii| radii[i]), Vec3::ZERO),
         };
@@ -112,7 +118,7 @@ struct Between {
 
 /// How many times farther apart surfels are before others are put between them: discs overlap so much at least, where radii
 /// were estimated.
-const PULLED_APART: f32 = 1.5;
+const PULLED_APART: f32 = 1.25;
 
 impl Between {
     /// Puts some beside a surfel that was moved, up and down a slope: what is lost of the height in a radius of the way, in
@@ -126,7 +132,7 @@ impl Between {
     ) {
         let steepness = slope.length();
         let stretch = steepness.hypot(1.0);
-        if stretch <= PULLED_APART || !stretch.is_finite() {
+        if stretch <= PULLED_APART || !stretch.is_finite() || radius <= 0.0 {
             return;
         }
         // An odd number, as the surfel itself stays where it is.

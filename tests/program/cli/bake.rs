@@ -261,3 +261,40 @@ fn settings_choose_no_renderer_that_does_not_know_them() {
     let explained = folder.run("explain splats.ply --size 16 --set order=0").done().stdout;
     assert!(explained.contains("gaussians"), "{explained}");
 }
+
+/// A file of one stroke over all of a row of surfels, which told of `n` surfels, and of these `among` them; and one that is
+/// far away, of another cloud.
+fn strokes(n: usize, among: &str) -> String {
+    let stroke = |x: f64, n: usize, among: &str| {
+        json!({
+            "tool": "brush", "values": { "color": [1.0, 0.0, 0.0] }, "n_surfels": n, "among": among,
+            "stroke": { "radius": 30.0, "samples": [{ "place": [x, 0, 0], "normal": [0, 0, 1] }] },
+        })
+    };
+    let all = [stroke(5.0, n, among), stroke(1e4, 77, "AgI")];
+    json!({ "format": "surfelshop strokes", "version": 1, "strokes": all }).to_string()
+}
+
+/// Invariant: a stroke that left surfels out does so again, over the cloud that it was led over and no other; nothing is
+/// written where nothing would be left
+#[test]
+fn strokes_over_some_surfels_concern_the_same_ones_again() {
+    let desk = desk(10);
+    desk.put("some.json", &strokes(10, "AgI"));
+    let told = desk.run("bake in.ply -t brush --strokes some.json -o out.ply --json").json();
+    assert_eq!(told["steps"][0]["surfels_concerned"], 2, "{told}");
+    for (text, words) in [
+        (strokes(11, "AgI"), "in a cloud of 11, and this one has 10"),
+        (strokes(10, "Cgs"), "expected one of 10 surfels, found one of 21"),
+        (strokes(10, "?"), "expected runs in base64"),
+        (strokes(10, "AgI").replace("brush", "eraser"), "no parameter `color`"),
+        ("\u{1}\u{2}".to_owned(), "expected a file of strokes"),
+    ] {
+        desk.put("other.json", &text);
+        let baked = desk.run("bake in.ply -t brush -t eraser --strokes other.json -o new.ply");
+        baked.failed(&[words]);
+    }
+    let erased = desk.run("bake in.ply -t eraser -o new.ply");
+    erased.failed(&["eraser", "takes all 10 surfels away"]);
+    assert!(!desk.files().iter().any(|file| file == "new.ply"));
+}

@@ -11,6 +11,7 @@ use crate::error::CloudError;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use surfelshop_api::columns::WEIGHT;
 use surfelshop_api::{Reach, Stroke};
 
@@ -42,6 +43,10 @@ struct Dab {
     normal: Vec3,
     pressure: f64,
 }
+
+/// What a run is noted with besides its parameters, where a stroke left surfels near it out: which it concerned, as
+/// [`SurfelRuns`].
+pub const AMONG_NOTE: &str = "stroke.among";
 
 impl CloudPart {
     /// What is selected.
@@ -110,19 +115,24 @@ impl CloudPart {
             dabs.iter().map(of).fold(0.0, f64::max) as f32
         };
         let is_within = |i: usize| within.is_none_or(|selection| selection.contains(i));
+        let leaves_out = AtomicBool::new(false);
         let block = |start: usize| -> Vec<(u32, f32)> {
             let range = start..(start + BLOCK).min(whole.len());
-            let found = range.filter(|&i| is_within(i)).map(|i| (i as u32, weight(i)));
-            found.filter(|(_, weight)| *weight > 0.0).collect()
+            let found = range.map(|i| (i, weight(i))).filter(|(_, weight)| *weight > 0.0);
+            let (inside, outside): (Vec<_>, Vec<_>) = found.partition(|(i, _)| is_within(*i));
+            if !outside.is_empty() {
+                leaves_out.store(true, Ordering::Relaxed);
+            }
+            inside.into_iter().map(|(i, weight)| (i as u32, weight)).collect()
         };
         let blocks: Vec<Vec<(u32, f32)>> =
             (0..whole.len().div_ceil(BLOCK)).into_par_iter().map(|i| block(i * BLOCK)).collect();
         let (rows, weights): (Vec<u32>, Vec<f32>) = blocks.into_iter().flatten().unzip();
         let part = Self::of(whole, rows.into(), Some(weights))?;
-        Ok(Self { is_restricted: within.is_some(), ..part })
+        Ok(Self { is_restricted: leaves_out.into_inner(), ..part })
     }
 
-    /// The surfels that a stroke was led over, where it was led over some of a cloud alone.
+    /// The surfels that a stroke concerned, where it left others near it out.
     #[must_use]
     pub fn restriction(&self) -> Option<SurfelRuns> {
         self.is_restricted.then(|| SurfelRuns::of(&self.rows))
@@ -154,6 +164,8 @@ impl CloudPart {
             let expected = "values, removals or new surfels of some of a cloud".to_owned();
             return Err(CloudError::Edit { expected, found: "a cloud of its own".to_owned() });
         }
+        // Which surfels it concerned is said once, by the cloud's history.
+        let of_columns = Arc::new(made.without(AMONG_NOTE));
         let made = Arc::new(made);
         let left: Vec<u32> = match &edited.kept {
             Some(kept) => {
@@ -172,7 +184,7 @@ impl CloudPart {
             let patched = before.patched(&left, &self.first_rows(new, left.len())?)?;
             let is_other = patched.generation() != before.generation();
             if is_other || self.whole.column(name).is_none() {
-                columns.push(patched.made_by(Some(made.clone())));
+                columns.push(patched.made_by(Some(of_columns.clone())));
             }
         }
         let names = columns.iter().map(|column| column.name().to_owned()).collect();

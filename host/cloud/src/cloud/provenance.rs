@@ -47,6 +47,13 @@ impl ToolRun {
         Self { tool, version, values, time: rfc_3339(time) }
     }
 
+    /// The same without one of the values.
+    pub(crate) fn without(&self, id: &str) -> Self {
+        let mut other = self.clone();
+        other.values.remove(id);
+        other
+    }
+
     /// The seed of the run: its parameter `seed`, where the tool has one.
     #[must_use]
     pub fn seed(&self) -> Option<i64> {

@@ -1,10 +1,15 @@
 //! Parts of clouds along strokes, and what is made of them put back.
 
-use crate::selection::Selection;
-use crate::{Buffer, Cloud, CloudPart, Column, How, StagedEdits, ToolRun, changed_rows};
+use crate::selection::{Selection, SurfelRuns};
+use crate::{
+    Buffer, Cloud, CloudEdit, CloudPart, Column, How, ReadOptions, StagedEdits, ToolRun,
+    WriteOptions, changed_rows,
+};
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 use surfelshop_api::columns::{Element, WEIGHT};
+use surfelshop_api::params::{Value, Values};
 use surfelshop_api::tool::{ColumnHeader, EditHeader};
 use surfelshop_api::{Dabs, Falloff, Reach, Stroke, StrokeSample};
 
@@ -178,4 +183,38 @@ fn tools_work_on_what_is_selected_alone() {
     assert_eq!(edited.cloud.floats("ao", 1)[..4], [1.0, 1.0, 1.0, 0.03]);
     assert!(edited.cloud.history().is_empty() && edited.whole.is_none());
     assert!(CloudPart::selected(&cloud, &Selection::none(10).unwrap()).is_err());
+}
+
+/// Only where surfels near the stroke were left out is it said which it concerned, once.
+#[test]
+fn what_a_stroke_was_led_over_is_said_where_it_left_some_out() {
+    let cloud = line(30, 1.0, DVec3::ZERO);
+    let stroke = stroke([10.0, 14.0], 1.0, DVec3::ZERO, Reach::Volume);
+    let part = |test: &(dyn Fn(usize) -> bool + Sync)| {
+        let selection = Selection::of(30, test).unwrap();
+        CloudPart::along(&cloud, &stroke, Some(&selection)).unwrap()
+    };
+    assert_eq!(CloudPart::along(&cloud, &stroke, None).unwrap().restriction(), None);
+    assert_eq!(part(&|i| i < 20).restriction(), None, "those beyond are far away");
+    let restricted = part(&|i| i < 12);
+    assert_eq!(restricted.restriction(), Some(SurfelRuns::of(&[9, 10, 11])));
+}
+
+/// A history that is too long for a header is shortened from its beginning, with a line, so that the file can be read.
+#[test]
+fn long_histories_are_shortened_where_a_file_cannot_hold_them() {
+    let note = |i: usize| {
+        let text = Value::Text(format!("{i}").repeat(5 << 20));
+        let values = Values::from([("stroke".to_owned(), text)]);
+        let made =
+            ToolRun::new("org.example/brush".to_owned(), "1".to_owned(), &values, UNIX_EPOCH);
+        CloudEdit { how: How::Stroked, n_surfels: 1, n_before: 3, made: Arc::new(made) }
+    };
+    let cloud = line(3, 1.0, DVec3::ZERO).with_history((0..4).map(note).collect());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.ply");
+    let written = crate::write(&path, &cloud, &WriteOptions::default()).unwrap();
+    assert!(written.lost[0].starts_with("the history of the first 3 edits"), "{:?}", written.lost);
+    let read = crate::read(&path, &ReadOptions::default()).unwrap().cloud;
+    assert!(read.history() == &cloud.history()[3..]);
 }

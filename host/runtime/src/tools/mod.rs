@@ -30,7 +30,7 @@ use std::time::{Duration, Instant, SystemTime};
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Handling, HostInfo, Stroke, StrokeCall};
 use surfelshop_cloud::files::return_to_folder;
-use surfelshop_cloud::{Cloud, CloudPart, EditedCloud, StagedEdits, ToolRun};
+use surfelshop_cloud::{AMONG_NOTE, Cloud, CloudPart, EditedCloud, StagedEdits, ToolRun};
 
 pub use device::{DeviceOpener, ToolDevice};
 pub use pace::Pace;
@@ -38,9 +38,6 @@ pub use progress::Progress;
 
 /// The parameter that a stroke is noted as, besides those of its tool: JSON.
 pub const STROKE_NOTE: &str = "stroke";
-/// The same of the surfels that a stroke concerned, where it was led over some alone: JSON of
-/// [`SurfelRuns`](surfelshop_cloud::selection::SurfelRuns).
-pub const AMONG_NOTE: &str = "stroke.among";
 
 /// How a tool is run.
 #[derive(Clone, Debug, Default)]
@@ -273,9 +270,7 @@ impl Running {
             let text = text.map_err(|error| Fault::NotAsked(error.to_string()))?;
             noted.insert(STROKE_NOTE.to_owned(), Value::Text(text));
             if let Some(among) = self.part.as_ref().and_then(CloudPart::restriction) {
-                let text = serde_json::to_string(&among);
-                let text = text.map_err(|error| Fault::NotAsked(error.to_string()))?;
-                noted.insert(AMONG_NOTE.to_owned(), Value::Text(text));
+                noted.insert(AMONG_NOTE.to_owned(), Value::Text(among.into()));
             }
         }
         let made = ToolRun::new(tool, version, &noted, SystemTime::now());

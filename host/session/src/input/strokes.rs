@@ -3,13 +3,14 @@
 //! ```text
 //! {"format": "surfelshop strokes", "version": 1, "strokes": [
 //!   {"tool": "org.surfelshop.brush/brush", "values": {"color": [0.8, 0.1, 0.1]},
-//!    "n_surfels": 49990, "among": [1200, 5, 3, 40],
+//!    "n_surfels": 49990, "among": "sAkFAyg",
 //!    "stroke": {"radius": 0.05, "spacing": 0.25, "falloff": "smooth", "reach": "facing",
 //!               "samples": [{"place": [0, 1, 0], "normal": [0, 1, 0], "time": 0, "pressure": 1}]}}]}
 //! ```
 //!
 //! `n_surfels` is how many the cloud had. `among` is there where others near the stroke were left out, since some were
-//! selected or hidden: so many surfels that it did not concern, so many that it did, and so on.
+//! selected or hidden: so many surfels that it did not concern, so many that it did, and so on; each number in bytes of seven
+//! bits, the lowest first, and these in base64.
 
 use crate::output::json::plain;
 use anyhow::{Context as _, bail, ensure};
@@ -18,8 +19,9 @@ use std::path::Path;
 use surfelshop_api::Stroke;
 use surfelshop_api::params::{Value, Values};
 pub use surfelshop_cloud::selection::NamedStroke;
-use surfelshop_cloud::{Cloud, How};
-use surfelshop_runtime::tools::{AMONG_NOTE, STROKE_NOTE};
+use surfelshop_cloud::selection::SurfelRuns;
+use surfelshop_cloud::{AMONG_NOTE, Cloud, How};
+use surfelshop_runtime::tools::STROKE_NOTE;
 
 /// What the first key says.
 const FORMAT: &str = "surfelshop strokes";
@@ -90,10 +92,7 @@ pub fn of_cloud(cloud: &Cloud) -> Vec<NamedStroke> {
             _ => None,
         };
         let stroke = serde_json::from_str(noted(STROKE_NOTE)?).ok()?;
-        let among = match noted(AMONG_NOTE) {
-            Some(text) => Some(serde_json::from_str(text).ok()?),
-            None => None,
-        };
+        let among = noted(AMONG_NOTE).map(|text| SurfelRuns::from(text.as_str()));
         let stroke = named(&edit.made.tool, &edit.made.values, stroke);
         Some(NamedStroke { n_surfels: Some(edit.n_before), among, ..stroke })
     });

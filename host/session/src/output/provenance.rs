@@ -3,8 +3,8 @@
 use crate::output::json::plain;
 use serde_json::{Map, Value, json};
 use surfelshop_api::params;
-use surfelshop_cloud::{Cloud, CloudEdit, How, ToolRun};
-use surfelshop_runtime::tools::{AMONG_NOTE, STROKE_NOTE};
+use surfelshop_cloud::{AMONG_NOTE, Cloud, CloudEdit, How, ToolRun};
+use surfelshop_runtime::tools::STROKE_NOTE;
 
 /// A run of a tool in JSON.
 pub fn object(made: &ToolRun) -> Value {

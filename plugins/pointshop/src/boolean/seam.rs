@@ -183,7 +183,9 @@ impl Pair<'_> {
         }
         let around = other.search.nearest(place, COMPARED, reach + apart);
         let near = radius + apart;
-        if let Some(same_way) = among_twins(other, self.other_twins, normal, &around, near) {
+        if let Some(same_way) =
+            among_twins(other, self.other_twins, (place, normal, radius), &around, near)
+        {
             return whole(in_same_place(same_way));
         }
         let width = radius.max(apart);
@@ -264,7 +266,7 @@ fn lies_in(face: &Face, disc: &Disc) -> Option<bool> {
 
 /// A disc is on a face of about its direction where its centre is off by less than this share of its
 /// radius; faces that bend across a disc are extrapolated that badly. Farther off is another layer.
-const ON: f64 = 0.5;
+pub(crate) const ON: f64 = 0.5;
 
 /// Whether a disc is on a face, of which the nearest place is given.
 fn is_on(foot: &Foot, disc: &Disc) -> bool {

@@ -1,6 +1,6 @@
 //! What two solids share: surfels that both have, and faces where their surfaces coincide.
 
-use crate::boolean::seam::{CREASE, Face, SAME_PLACE, Solid};
+use crate::boolean::seam::{CREASE, Face, ON, SAME_PLACE, Solid};
 use crate::search::Found;
 use std::ops::Range;
 use surfelshop_api::glam::DVec3;
@@ -60,7 +60,7 @@ fn twin(own: &Solid, i: usize, other: &Solid) -> Twin {
 pub(crate) fn among_twins(
     other: &Solid,
     twins: &[Twin],
-    normal: DVec3,
+    (place, normal, radius): (DVec3, DVec3, f64),
     around: &[Found],
     distance: f64,
 ) -> Twin {
@@ -69,9 +69,14 @@ pub(crate) fn among_twins(
     if n_near < ENOUGH_TWINS || !near.all(|found| twins[found.index as usize].is_some()) {
         return None;
     }
-    let cosine = |found: &Found| normal.dot(other.surfels.normals[found.index as usize]);
-    let mut cosines = around[..n_near].iter().map(cosine);
-    cosines.find(|cosine| cosine.abs() > CREASE).map(|cosine| cosine > 0.0)
+    // Another layer beside it is none of it.
+    let cosine = |found: &Found| {
+        let i = found.index as usize;
+        let off = normal.dot(other.surfels.places[i] - place).abs();
+        Some(normal.dot(other.surfels.normals[i]))
+            .filter(|cosine| cosine.abs() > CREASE && off < ON * radius)
+    };
+    around[..n_near].iter().find_map(cosine).map(|cosine| cosine > 0.0)
 }
 
 /// Whether a face of one solid coincides with one of `others`, and whether both face the same way.

@@ -22,7 +22,7 @@
 //! with it.
 //!
 //! Limits: rigid motions alone. From `place` the clouds must lie within about a fifth of their size and
-//! 30 degrees of each other. What slides on itself, as planes and cylinders do, slides.
+//! 30 degrees of each other. Surfaces that are more than a tenth of the extent apart after the second step are refused. What slides on itself, as planes and cylinders do, slides.
 //! Triangles of a mesh are left out.
 //!
 //! Source: Chen and Medioni, "Object modelling by registration of multiple range images", Image and

@@ -4,10 +4,11 @@
 //! |-----------|---------------|-------|---------|---------------------------------------------------------------------|
 //! | `image`   | both          | file  |         | the picture: PNG or JPEG                                            |
 //! | `opacity` | `image-brush` | float | 1       | how much of the colour the picture covers, times its own            |
+//! | `turn`    | both          | float | 0       | how far the picture of a click is turned, clockwise, degrees        |
 //! | `height`  | `emboss`      | float | 0.1     | how far white is moved out along normals, in radii of the stroke; below 0 in |
 //!
 //! Method. The picture is as wide as the stroke, its top lies ahead, and it repeats along the stroke, also where that
-//! begins and ends. A click lays it once, upright, within the stroke's radius. A surfel takes the mean of the picture over
+//! begins and ends. A click lays it once, within the stroke's radius, its top towards y, or towards -z on what faces y. A surfel takes the mean of the picture over
 //! its own width, in linear light. `image-brush` paints that; `emboss` moves the surfel along its normal n by its weight w
 //! times the height h times the luminance L, and turns the normal against the slope of that height: n' = n - h grad(w L),
 //! with the slope of the picture over the surfel's width, and the slope of the weight from the nearest place of the stroke.
@@ -29,6 +30,7 @@ use crate::texture::picture::Picture;
 use crate::texture::stage_colors;
 use ribbon::{Ribbon, RibbonPlace};
 use std::iter;
+use std::sync::Arc;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::glam::{DVec2, DVec3, Vec3, Vec4};
 use surfelshop_api::prelude::*;
@@ -41,6 +43,8 @@ params! {
         image: FilePath { default: FilePath::default(), endings: &["png", "jpg", "jpeg"] },
         /// How much of the colour the picture covers.
         opacity: f32 { default: 1.0, range: 0.0..=1.0 },
+        /// How far the picture of a click is turned, clockwise, degrees.
+        turn: f64 { default: 0.0, range: -180.0..=180.0 },
     }
 }
 
@@ -51,6 +55,8 @@ params! {
         image: FilePath { default: FilePath::default(), endings: &["png", "jpg", "jpeg"] },
         /// How far white is moved out, in radii of the stroke; below 0 in.
         height: f32 { default: 0.1, range: -2.0..=2.0 },
+        /// How far the picture of a click is turned, clockwise, degrees.
+        turn: f64 { default: 0.0, range: -180.0..=180.0 },
     }
 }
 
@@ -82,7 +88,7 @@ impl Tool for ImageBrush {
     }
 
     fn run(&mut self, cloud: &CloudView<'_>, params: &ImageSettings, job: &Job<'_>) -> Result<()> {
-        let laid = Laid::new(cloud, &params.image, job)?;
+        let laid = Laid::new(cloud, (&params.image, params.turn), job)?;
         let (albedos, weights) = (cloud.albedos(), cloud.weights());
         let painted = cloud.vectors(POSITION).enumerate().filter_map(|(i, place)| {
             let (seen, _) = laid.at(i, place)?;
@@ -110,7 +116,7 @@ impl Tool for Emboss {
         let Some(normals) = cloud.floats(NORMAL, 3) else {
             return Err(Error::new("expected normals, found none; run the tool `normals` first"));
         };
-        let laid = Laid::new(cloud, &params.image, job)?;
+        let laid = Laid::new(cloud, (&params.image, params.turn), job)?;
         let weights = cloud.weights();
         let height = f64::from(params.height) * laid.stroke.radius;
         let (mut positions, mut turned) = (Vec::<f32>::new(), Vec::<f32>::new());
@@ -131,7 +137,7 @@ impl Tool for Emboss {
 
 /// A picture along a stroke over a cloud.
 struct Laid<'a> {
-    picture: Picture,
+    picture: Arc<Picture>,
     ribbon: Ribbon<'a>,
     stroke: &'a Stroke,
     origin: DVec3,
@@ -139,7 +145,11 @@ struct Laid<'a> {
 }
 
 impl<'a> Laid<'a> {
-    fn new(cloud: &'a CloudView<'_>, image: &FilePath, job: &Job<'a>) -> Result<Self> {
+    fn new(
+        cloud: &'a CloudView<'_>,
+        (image, turn): (&FilePath, f64),
+        job: &Job<'a>,
+    ) -> Result<Self> {
         if image.is_empty() {
             return Err(Error::new("expected a picture in `image`, found no file"));
         }
@@ -148,8 +158,8 @@ impl<'a> Laid<'a> {
                 "expected a stroke, found none; lead it by hand, or by `--strokes`",
             ));
         };
-        let picture = Picture::read(image.as_path(), job)?;
-        let Some(ribbon) = Ribbon::of(stroke, picture.aspect()) else {
+        let picture = Picture::read_once(image.as_path(), job)?;
+        let Some(ribbon) = Ribbon::of(stroke, picture.aspect(), turn.to_radians()) else {
             return Err(Error::new("expected samples of a stroke, found none"));
         };
         let radii = cloud.floats(RADIUS, 1);
@@ -177,28 +187,33 @@ impl<'a> Laid<'a> {
         let step = if width > 0.0 { 0.5 * width } else { 0.01 };
         let difference = |by: DVec2| {
             let beside = |by: DVec2| {
-                // The picture ends at the sides and repeats ahead.
+                // The picture ends at the sides, and repeats along a line.
                 let moved = at.picture + by;
-                let moved = DVec2::new(moved.x, moved.y.rem_euclid(1.0));
+                let repeats = self.ribbon.repeats();
+                let y = if repeats { moved.y.rem_euclid(1.0) } else { moved.y };
+                let moved = DVec2::new(moved.x, y);
                 self.picture.at(moved, width).map_or(0.0, luminance)
             };
             (beside(by) - beside(-by)) / (2.0 * step * self.ribbon.height())
         };
         let of_picture = at.axes[0] * difference(DVec2::new(step, 0.0))
             + at.axes[1] * difference(DVec2::new(0.0, step));
-        let slope = weight * of_picture + light * self.fall(at.away);
+        let slope = weight * of_picture + light * self.fall(at.away, weight);
         (light, slope.reject_from(normal.as_dvec3().try_normalize().unwrap_or(DVec3::Y)))
     }
 
-    /// The slope of the weight beside a line, from the nearest place on it.
-    fn fall(&self, away: DVec3) -> DVec3 {
+    /// The slope of the weight beside a line, from the nearest place on it, where the weight is `found`: by pressure, and
+    /// where a surfel faces another way, it is less than what the falloff gives.
+    fn fall(&self, away: DVec3, found: f64) -> DVec3 {
         let (share, radius) = (away.length() / self.stroke.radius, self.stroke.radius);
         /// Of a radius: where the slope is measured.
         const STEP: f64 = 1e-3;
         let weight = |share: f64| self.stroke.dabs.falloff.weight(share.max(0.0));
         let fall = (weight(share + STEP) - weight(share - STEP)) / (2.0 * STEP);
+        let full = weight(share);
+        let part = if full > 0.0 { (found / full).min(1.0) } else { 0.0 };
         // A hard edge has no slope.
-        away.normalize_or_zero() * fall.clamp(-4.0, 4.0) / radius
+        away.normalize_or_zero() * part * fall.clamp(-4.0, 4.0) / radius
     }
 }
 

@@ -1,6 +1,6 @@
 //! Where a place lies along a stroke and across it.
 
-use surfelshop_api::glam::{DVec2, DVec3};
+use surfelshop_api::glam::{DQuat, DVec2, DVec3};
 use surfelshop_api::{Stroke, StrokeSample};
 
 /// A stroke as a band of twice its radius, with a picture that repeats along it; of a single sample a square around that.
@@ -10,6 +10,8 @@ pub(super) struct Ribbon<'a> {
     lengths: Vec<f64>,
     /// Width over height of the picture.
     aspect: f64,
+    /// How far a single picture is turned, clockwise, radians.
+    turn: f64,
 }
 
 /// Where a place lies on a ribbon.
@@ -25,19 +27,23 @@ pub(super) struct RibbonPlace {
 
 impl<'a> Ribbon<'a> {
     /// That of a stroke; none where it has no sample.
-    pub(super) fn of(stroke: &'a Stroke, aspect: f64) -> Option<Self> {
+    pub(super) fn of(stroke: &'a Stroke, aspect: f64, turn: f64) -> Option<Self> {
         let mut lengths = vec![0.0];
         for ends in stroke.samples.windows(2) {
             let before = lengths.last().copied().unwrap_or_default();
             lengths.push(before + ends[0].place.distance(ends[1].place));
         }
-        (!stroke.samples.is_empty()).then_some(Self { stroke, lengths, aspect })
+        (!stroke.samples.is_empty()).then_some(Self { stroke, lengths, aspect, turn })
+    }
+
+    /// Whether there is a line, along which the picture repeats.
+    pub(super) fn repeats(&self) -> bool {
+        self.lengths.last().is_some_and(|length| *length > 0.0)
     }
 
     /// Height of the picture, scene units.
     pub(super) fn height(&self) -> f64 {
-        let is_line = self.lengths.last().is_some_and(|length| *length > 0.0);
-        match is_line {
+        match self.repeats() {
             // As wide as the band.
             true => 2.0 * self.stroke.radius / self.aspect,
             // All of it within the square.
@@ -81,12 +87,14 @@ impl<'a> Ribbon<'a> {
         })
     }
 
-    /// Around a single sample. The picture stands upright; on the ground its top is away from the z axis.
+    /// Around a single sample. The picture's top lies towards y, and towards -z where the surface faces y; it is turned from
+    /// there.
     fn on_stamp(&self, only: &StrokeSample, place: DVec3) -> Option<RibbonPlace> {
         let away = place - only.place;
         let normal = only.normal.as_dvec3().try_normalize()?;
         let upright = if normal.y.abs() < 0.9 { DVec3::Y } else { DVec3::NEG_Z };
         let up = upright.reject_from(normal).try_normalize()?;
+        let up = DQuat::from_axis_angle(normal, -self.turn) * up;
         let right = up.cross(normal);
         let height = self.height();
         let middle = 0.5 * DVec2::new(self.aspect, 1.0);

@@ -72,7 +72,7 @@ fn a_picture_lies_along_the_stroke_and_repeats() {
     for origin in [DVec3::ZERO, DVec3::splat(1e6)] {
         let stroke = stroke(origin, &[0.0, 1.0, 2.0], Falloff::Constant);
         let cloud = plane(&stroke, origin);
-        let settings = ImageSettings { image: image(&file), opacity: 1.0 };
+        let settings = ImageSettings { image: image(&file), ..ImageSettings::default() };
         let ran = run_along::<ImageBrush>(&cloud, &settings, Some(&stroke)).unwrap();
         let colors = ran.bytes(COLOR);
         let at = |x: f32, z: f32| {
@@ -98,7 +98,7 @@ fn a_click_lays_the_picture_once() {
     let file = picture("once.png", [32, 32], of);
     let stroke = stroke(DVec3::ZERO, &[0.0], Falloff::Constant);
     let cloud = plane(&stroke, DVec3::ZERO);
-    let settings = ImageSettings { image: image(&file), opacity: 1.0 };
+    let settings = ImageSettings { image: image(&file), ..ImageSettings::default() };
     let ran = run_along::<ImageBrush>(&cloud, &settings, Some(&stroke)).unwrap();
     let colors = ran.bytes(COLOR);
     for (place, color) in cloud.places().iter().zip(colors.chunks(3)) {
@@ -110,6 +110,17 @@ fn a_click_lays_the_picture_once() {
             assert_eq!(color[..2], expected, "{place}");
         }
     }
+    // Turned clockwise by a quarter what was on the left is above.
+    let settings = ImageSettings { turn: 90.0, ..settings };
+    let ran = run_along::<ImageBrush>(&cloud, &settings, Some(&stroke)).unwrap();
+    let colors = ran.bytes(COLOR);
+    let at = |x: f32, z: f32| {
+        let near = |place: &Vec3| place.distance(Vec3::new(x, 0.0, z)) < 0.01;
+        let i = cloud.places().iter().position(near).unwrap();
+        [colors[3 * i], colors[3 * i + 1]]
+    };
+    assert_eq!([at(-0.5, -0.5), at(0.5, -0.5)], [[0, 200], [0, 0]]);
+    assert_eq!([at(-0.5, 0.5), at(0.5, 0.5)], [[200, 200], [200, 0]]);
 }
 
 /// Normals are those of the heights that were made, and white is as high as asked.
@@ -120,7 +131,7 @@ fn embossed_normals_are_those_of_the_heights() {
     let file = picture("waves.png", [256, 256], of);
     let stroke = stroke(DVec3::ZERO, &[0.0, 2.0], Falloff::Smooth);
     let cloud = plane(&stroke, DVec3::ZERO);
-    let settings = EmbossSettings { image: image(&file), height: 0.2 };
+    let settings = EmbossSettings { image: image(&file), height: 0.2, ..EmbossSettings::default() };
     let ran = run_along::<Emboss>(&cloud, &settings, Some(&stroke)).unwrap();
     let (places, normals) = (ran.vectors(POSITION), ran.vectors(NORMAL));
     let row = (2 * SIDE + 1) as usize;

@@ -1,7 +1,10 @@
 //! A picture in linear light, at full size and at halves of it.
 
 use image::{DynamicImage, ImageDecoder as _, ImageFormat};
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
 use surfelshop_api::glam::{DVec2, Vec3, Vec4};
 use surfelshop_api::params::srgb_to_linear;
 use surfelshop_api::prelude::*;
@@ -20,6 +23,14 @@ struct Level {
     pixels: Vec<Vec4>,
 }
 
+/// What tells whether a file is as it was.
+#[derive(PartialEq)]
+struct FileState {
+    path: PathBuf,
+    modified: SystemTime,
+    length: u64,
+}
+
 /// A picture.
 pub(crate) struct Picture {
     /// The largest first.
@@ -27,6 +38,30 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
+    /// The same picture as the last time, where its file is as it was: a hand that leads a tool asks again and again.
+    ///
+    /// # Errors
+    /// As [`Picture::read`].
+    pub(crate) fn read_once(path: &Path, job: &Job<'_>) -> Result<Arc<Self>> {
+        static LAST: Mutex<Option<(FileState, Arc<Picture>)>> = Mutex::new(None);
+        let state = fs::metadata(path).ok().and_then(|file| {
+            Some(FileState {
+                path: path.to_owned(),
+                modified: file.modified().ok()?,
+                length: file.len(),
+            })
+        });
+        let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((known, picture)) = &*last
+            && Some(known) == state.as_ref()
+        {
+            return Ok(Arc::clone(picture));
+        }
+        let picture = Arc::new(Self::read(path, job)?);
+        *last = state.map(|state| (state, Arc::clone(&picture)));
+        Ok(picture)
+    }
+
     /// Reads a PNG or JPEG file.
     ///
     /// # Errors

@@ -75,7 +75,8 @@ pub fn set_column(
         None => (None, values.len()),
     };
     if name == RADIUS
-        && let Some(found) = values.iter().find(|value| !(value.is_finite() && **value > 0.0))
+        && let Some(found) =
+            values.iter().find(|value| !(value.is_finite() && **value as f32 > 0.0))
     {
         return Err(wrong("a radius above 0".to_owned(), found.to_string()));
     }

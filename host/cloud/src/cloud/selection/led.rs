@@ -133,7 +133,7 @@ impl NamedStroke {
         if self.among.is_some() {
             return Err(SelectionError::Tool {
                 tool: self.tool.clone(),
-                line: "expected a stroke over what a layer's regions say, found one over surfels by their numbers"
+                line: "expected a stroke without `among`, which numbers surfels of a cloud in memory; remove it"
                     .to_owned(),
             });
         }

@@ -157,6 +157,22 @@ impl Selection {
         Self { len: self.len, words }
     }
 
+    /// The same of the cloud after an edit: without surfels that are gone, where `stays` says which are not, and with those
+    /// that were added behind the others.
+    ///
+    /// # Errors
+    /// Where `stays` is of another number of surfels, or there is no memory.
+    pub fn followed(&self, stays: Option<&[bool]>, n_added: usize) -> Result<Self, SelectionError> {
+        let left: Vec<usize> = match stays {
+            Some(stays) if stays.len() != self.len => {
+                return Err(SelectionError::Length { expected: self.len, found: stays.len() });
+            }
+            Some(stays) => (0..self.len).filter(|i| stays[*i]).collect(),
+            None => (0..self.len).collect(),
+        };
+        Self::of(left.len() + n_added, |i| left.get(i).is_none_or(|before| self.contains(*before)))
+    }
+
     /// This selection with another one of the same cloud.
     ///
     /// # Errors

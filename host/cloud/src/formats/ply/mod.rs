@@ -30,7 +30,7 @@ use std::io::BufRead;
 use surfelshop_api::format::{BATCH, CloudHeader, CloudSinkHost};
 use surfelshop_geometry::{Progress, part};
 
-pub(crate) use write::write;
+pub(crate) use write::{n_edits_left_out, write};
 pub(crate) use write_batches::write_batches;
 
 /// Whether a file begins like a PLY file of packed splats, of which only a plugin knows what the numbers mean.

@@ -1,12 +1,13 @@
 //! Writing: the header through `ply-rs-bw`, the records in bulk.
 
+use super::header::MAX_HEADER;
 use super::lists::scalar_type;
 use super::properties::property_name;
 use super::splats::SplatRecords;
 use crate::cloud::Cloud;
 use crate::cloud::buffer::{Buffer, with_vec};
 use crate::cloud::column::{Column, has_fixed_type};
-use crate::cloud::provenance;
+use crate::cloud::provenance::{self, CloudEdit};
 use crate::error::WriteError;
 use crate::formats::facts;
 use crate::options::WriteOptions;
@@ -193,6 +194,19 @@ fn check_names(properties: &[(String, Element)], path: &Path) -> Result<(), Writ
     Ok(())
 }
 
+/// Bytes of the notes on a cloud's edits at most: headers are read up to twice that.
+const MOST_NOTES: usize = (MAX_HEADER / 2) as usize;
+
+/// How many of a cloud's edits are too old to be noted in a header, which holds what was done last.
+pub(crate) fn n_edits_left_out(cloud: &Cloud) -> usize {
+    let mut n_bytes = 0;
+    let fits = |edit: &&CloudEdit| {
+        n_bytes += edit.to_string().len();
+        n_bytes <= MOST_NOTES
+    };
+    cloud.history().len() - cloud.history().iter().rev().take_while(fits).count()
+}
+
 fn header(
     cloud: &Cloud,
     records: &Records<'_>,
@@ -216,7 +230,8 @@ fn header(
             header.comments.push(format!("surfelshop column {name} {components}"));
         }
     }
-    header.comments.extend(provenance::comments(&records.noted(cloud), cloud.history()));
+    let history = &cloud.history()[n_edits_left_out(cloud)..];
+    header.comments.extend(provenance::comments(&records.noted(cloud), history));
     let mut vertex = ElementDef::new("vertex".to_owned());
     vertex.count = cloud.len();
     for (name, element) in properties {

@@ -267,6 +267,8 @@ fn a_stroke_over_a_selection_is_recorded_with_it() {
     assert!(among.count() > 0 && among.count() <= n_selected, "{}", among.count());
     let [old, new] = [&before, &painted].map(|cloud| cloud.view().albedos());
     assert!((0..before.len()).all(|i| old[i] == new[i] || among.contains(i)));
+    // It is selected still.
+    assert_eq!(screen.window().n_selected().0, n_selected);
     let again = led_again(&mut screen, &before, &read);
     assert!(again.column(COLOR).unwrap().values() == painted.column(COLOR).unwrap().values());
 }

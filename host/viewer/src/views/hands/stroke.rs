@@ -178,9 +178,15 @@ impl Window {
                     }
                     let clouds = run.before.edited(run.index, edited.cloud.clone());
                     let selection = self.views.hands.selection_of(&run.base);
-                    // What was moved is selected still.
-                    if edited.cloud.len() == run.base.len() && selection.is_some() {
-                        self.views.hands.set_selection(&edited.cloud, selection);
+                    // What was moved is selected still, and what was added beside it, too.
+                    let selection = selection
+                        .map(|before| before.followed(edited.kept.as_deref(), edited.n_added));
+                    match selection.transpose() {
+                        Ok(selection) => {
+                            let some = selection.filter(|selection| !selection.is_empty());
+                            self.views.hands.set_selection(&edited.cloud, some.map(Arc::new));
+                        }
+                        Err(error) => return self.fail_stroke(&error.to_string()),
                     }
                     self.show_clouds(clouds);
                 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use surfelshop_api::params::{ParamKind, Value};
 use surfelshop_cloud::Cloud;
+use surfelshop_cloud::display::hidden;
 use surfelshop_cloud::selection::{Selection, extracted};
 
 /// Surfels of the nodes of a pyramid that are looked at, at most.
@@ -22,6 +23,9 @@ impl Window {
 
     /// Gives a tool the colour of the surfel that is nearest to a place; says why where it cannot.
     pub(super) fn take_color(&mut self, tool: &str, place: DVec3) {
+        if matches!(self.plugins.tools.units.readiness(tool), Readiness::Loading) {
+            return self.messages.report(format!("{tool} is being loaded; click again"));
+        }
         let Some(id) = self.color_parameter(tool) else {
             return self.messages.report(format!("{tool} takes no colour"));
         };
@@ -44,7 +48,12 @@ impl Window {
             let is_near = |middle: DVec3, radius: f64| middle.distance(place) <= radius;
             clouds.extend(hand.nodes_within(is_near, MOST_NEAR)?);
         }
-        let nearest = clouds.iter().filter_map(|cloud| Some((nearest(cloud, place)?, cloud)));
+        let mut found = Vec::new();
+        for cloud in &clouds {
+            let hidden = hidden(cloud).map_err(|error| error.to_string())?;
+            found.extend(nearest(cloud, place, hidden.as_ref()).map(|nearest| (nearest, cloud)));
+        }
+        let nearest = found.into_iter();
         let Some(((_, row), cloud)) = nearest.min_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
             return Ok(None);
         };
@@ -57,10 +66,11 @@ impl Window {
     }
 }
 
-/// How far away the nearest surfel of a cloud is, squared, and its number.
-fn nearest(cloud: &Cloud, place: DVec3) -> Option<(f64, usize)> {
+/// How far away the nearest surfel of a cloud that is not hidden is, squared, and its number.
+fn nearest(cloud: &Cloud, place: DVec3, hidden: Option<&Selection>) -> Option<(f64, usize)> {
     let place = place - cloud.origin();
-    let all = cloud.positions().par_iter().enumerate();
+    let is_shown = |(i, _): &(usize, _)| hidden.is_none_or(|hidden| !hidden.contains(*i));
+    let all = cloud.positions().par_iter().enumerate().filter(is_shown);
     let all = all.map(|(i, at)| (at.as_dvec3().distance_squared(place), i));
     all.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
 }

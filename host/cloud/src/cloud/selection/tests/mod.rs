@@ -243,3 +243,13 @@ fn a_tint_changes_what_is_selected_and_nothing_else() {
     let neutral = tinted(&cloud, &some, None, Tint::Full).unwrap();
     assert_eq!(neutral.column("color").unwrap().components(), 3);
 }
+
+#[test]
+fn a_selection_follows_what_is_gone_and_added() {
+    let some = Selection::of(5, |i| i == 1 || i == 4).unwrap();
+    let left: Vec<usize> =
+        some.followed(Some(&[true, false, true, true, true]), 2).unwrap().indices().collect();
+    assert_eq!(left, [3, 4, 5], "what was added is selected, too");
+    assert_eq!(some.followed(None, 0).unwrap(), some);
+    assert!(some.followed(Some(&[true]), 0).is_err());
+}
