@@ -22,7 +22,7 @@
 //! with it.
 //!
 //! Limits: rigid motions alone. From `place` the clouds must lie within about a fifth of their size and
-//! 30 degrees of each other. Surfaces that are more than a tenth of the extent apart after the second step are refused. What slides on itself, as planes and cylinders do, slides.
+//! 30 degrees of each other. What slides on itself, as planes and cylinders do, slides.
 //! Triangles of a mesh are left out.
 //!
 //! Source: Chen and Medioni, "Object modelling by registration of multiple range images", Image and
@@ -88,13 +88,6 @@ pub(crate) struct Register;
 /// Surfels of the first two steps.
 const COARSE: [usize; 2] = [500, 3000];
 
-/// Pairs that a motion needs, each of which says one number of six.
-const LEAST_PAIRS: usize = 6;
-
-/// Of the cloud's extent: surfaces that are farther apart after the second step are of different things, or sizes. Scans
-/// of one thing come to within hundredths.
-const APART: f64 = 0.1;
-
 impl Tool for Register {
     const INFO: UnitInfo =
         UnitInfo::new("register", "Register", "Moves a cloud onto another one of the same thing.");
@@ -153,18 +146,9 @@ impl Tool for Register {
         let best = best.ok_or_else(|| Error::new("expected a start, found none"))?;
         job.progress(0.4, "fitting more surfels");
         let finer = fit(best.motion, 1, 0.4..0.55)?;
-        let bounds = Bounds::of(surfels.places.iter().copied());
-        let (middle, extent) = bounds.map_or((DVec3::ZERO, 1.0), |b| (b.centre(), b.extent()));
-        if finer.n_pairs >= LEAST_PAIRS && finer.residual > APART * extent {
-            return Err(Error::new(format!(
-                "{}: expected a cloud that the other one comes to lie on, found surfaces {:.3e} apart, of a cloud \
-                 {extent:.3e} across; try another `start`, or `transform` with `scale` first",
-                params.to, finer.residual
-            )));
-        }
         job.progress(0.55, "fitting most surfels");
         let last = fit(finer.motion, 2, 0.55..0.9)?;
-        if last.n_pairs < LEAST_PAIRS {
+        if last.n_pairs < 6 {
             return Err(Error::new(format!(
                 "{}: expected surfels that face as those of the cloud do near them, found {} pairs; \
                  try `start=axes`",
@@ -174,6 +158,8 @@ impl Tool for Register {
         let Motion { turn, translation } = last.motion;
         // The motion of offsets from the cloud's origin, as one of places.
         let translation = translation + cloud.origin - turn * cloud.origin;
+        let bounds = Bounds::of(surfels.places.iter().copied());
+        let (middle, extent) = bounds.map_or((DVec3::ZERO, 1.0), |b| (b.centre(), b.extent()));
         let middle = cloud.origin + middle;
         let about_middle = translation + turn * middle - middle;
         let ended = if last.settled { "" } else { ", not settled" };
