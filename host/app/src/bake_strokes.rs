@@ -73,7 +73,9 @@ pub(crate) fn replay(
         if part.rows.is_empty() {
             continue;
         }
-        if named.n_surfels.is_some_and(|n| n != cloud.len() as u64) && !is_warned {
+        let is_other = named.n_surfels.is_some_and(|n| n != cloud.len() as u64);
+        // One that left surfels out is refused instead.
+        if is_other && named.among.is_none() && !is_warned {
             is_warned = true;
             warn_of_another(named, cloud);
         }
