@@ -5,7 +5,7 @@ use crate::bake::leaves_some;
 use anyhow::{Context as _, anyhow, bail};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-use surfelshop_cloud::selection::{Combine, Selection};
+use surfelshop_cloud::selection::{Combine, Selection, SurfelRuns};
 use surfelshop_cloud::{Cloud, CloudPart};
 use surfelshop_runtime::tools::{Done, ToolOptions};
 use surfelshop_session::input::strokes::{self, NamedStroke};
@@ -80,8 +80,8 @@ pub(crate) fn replay(
             warn_of_another(named, cloud);
         }
         let part = match &named.among {
-            Some(_) => {
-                let chosen = restricted(cloud, named, chosen).with_context(of)?;
+            Some(among) => {
+                let chosen = restricted(cloud, (named, among), chosen).with_context(of)?;
                 CloudPart::along(cloud, &named.stroke, Some(&chosen)).with_context(of)?
             }
             None => part,
@@ -120,7 +120,7 @@ fn warn_of_another(named: &NamedStroke, cloud: &Cloud) {
 /// The surfels that a stroke is led over again, of those that were asked for, where it left others out.
 fn restricted(
     cloud: &Cloud,
-    named: &NamedStroke,
+    (named, among): (&NamedStroke, &SurfelRuns),
     chosen: Option<Selection>,
 ) -> anyhow::Result<Selection> {
     let found = cloud.len();
@@ -130,8 +130,7 @@ fn restricted(
              before it, such as deleting"
         );
     }
-    let among = named.among.as_ref().map(|among| among.selection(found)).transpose()?;
-    let among = among.ok_or_else(|| anyhow!("it left nothing out"))?;
+    let among = among.selection(found)?;
     match chosen {
         Some(chosen) => Ok(chosen.combined(&among, Combine::Intersect)?),
         None => Ok(among),

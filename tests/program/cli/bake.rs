@@ -271,7 +271,7 @@ fn strokes(n: usize, among: &str) -> String {
             "stroke": { "radius": 30.0, "samples": [{ "place": [x, 0, 0], "normal": [0, 0, 1] }] },
         })
     };
-    let all = [stroke(5.0, n, among), stroke(1e4, 77, "AgI")];
+    let all = [stroke(5.0, n, among), stroke(1e4, 77, "TQIC")];
     json!({ "format": "surfelshop strokes", "version": 1, "strokes": all }).to_string()
 }
 
@@ -280,14 +280,14 @@ fn strokes(n: usize, among: &str) -> String {
 #[test]
 fn strokes_over_some_surfels_concern_the_same_ones_again() {
     let desk = desk(10);
-    desk.put("some.json", &strokes(10, "AgI"));
+    desk.put("some.json", &strokes(10, "CgIC"));
     let told = desk.run("bake in.ply -t brush --strokes some.json -o out.ply --json").json();
     assert_eq!(told["steps"][0]["surfels_concerned"], 2, "{told}");
     for (text, words) in [
-        (strokes(11, "AgI"), "in a cloud of 11, and this one has 10"),
-        (strokes(10, "Cgs"), "expected one of 10 surfels, found one of 21"),
-        (strokes(10, "?"), "expected runs in base64"),
-        (strokes(10, "AgI").replace("brush", "eraser"), "no parameter `color`"),
+        (strokes(11, "CwIC"), "in a cloud of 11, and this one has 10"),
+        (strokes(10, "FQoL"), "expected one of 10 surfels, found one of 21"),
+        (strokes(10, "?"), "expected surfels by number, in base64"),
+        (strokes(10, "CgIC").replace("brush", "eraser"), "no parameter `color`"),
         ("\u{1}\u{2}".to_owned(), "expected a file of strokes"),
     ] {
         desk.put("other.json", &text);

@@ -135,7 +135,8 @@ impl CloudPart {
     /// The surfels that a stroke concerned, where it left others near it out.
     #[must_use]
     pub fn restriction(&self) -> Option<SurfelRuns> {
-        self.is_restricted.then(|| SurfelRuns::of(&self.rows))
+        let rows = || self.rows.iter().map(|row| *row as usize);
+        self.is_restricted.then(|| SurfelRuns::of_rows(self.whole.len(), rows()))
     }
 
     fn of(whole: &Cloud, rows: Arc<[u32]>, weights: Option<Vec<f32>>) -> Result<Self, CloudError> {

@@ -33,7 +33,7 @@ mod ticks;
 pub use colors::{Categories, Colors, Ramp};
 pub use error::DisplayError;
 pub use filter::{Filter, FilterAction, FilterTest};
-pub use hidden::{HIDDEN, HiddenSurfels, hidden, hiding, unhidden};
+pub use hidden::{HIDDEN, hidden, hiding, unhidden};
 pub use histogram::{HISTOGRAM_BINS, Histogram, histogram};
 pub use legend::{Legend, LegendBody, LegendEntry};
 pub use maps::{ColorMap, MAP_SIZE};

@@ -6,8 +6,9 @@ use super::keyed::Keyed;
 use super::measures::Measure;
 use super::paths;
 use crate::cloud::axis::Axis;
+use crate::cloud::selection::SurfelRuns;
 use crate::cloud::transform::Transform;
-use crate::display::{ColorSource, DisplaySettings, Filter, HiddenSurfels, SplatSettings};
+use crate::display::{ColorSource, DisplaySettings, Filter, SplatSettings};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -75,7 +76,7 @@ pub struct SceneCloud {
     /// What draws it; `None` where that is the view's renderer.
     pub renderer: Option<CloudRenderer>,
     /// Which of its surfels are hidden; `None` where none is.
-    pub hidden: Option<HiddenSurfels>,
+    pub hidden: Option<SurfelRuns>,
     /// The file of its edits, where it is larger than memory, named as `path` is; `None` where it has none.
     pub layer: Option<PathBuf>,
 }

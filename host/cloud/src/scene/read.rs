@@ -7,7 +7,7 @@ use super::limits::{FORMAT, LARGEST_FILE, MOST_CLOUDS, MOST_FILTERS, MOST_VALUES
 use super::measures::{MOST_MEASURES, table};
 use super::source::{Entry, Fault, Section, Source};
 use super::{color, environment, light, parts, splats};
-use crate::display::HiddenSurfels;
+use crate::cloud::selection::SurfelRuns;
 use crate::files::{self, OpenFault};
 use std::path::{Path, PathBuf};
 use surfelshop_api::Scene;
@@ -189,7 +189,7 @@ fn cloud(mut section: Section<'_>) -> Result<(Keyed<SceneCloud>, usize), Fault> 
         cloud.visible = entry.flag()?;
     }
     if let Some(entry) = section.find("hidden") {
-        let hidden = entry.text().and_then(HiddenSurfels::parse);
+        let hidden = entry.text().and_then(SurfelRuns::parse);
         let expected = "what a saved scene has here: hidden surfels, in base 64";
         cloud.hidden = Some(hidden.ok_or_else(|| entry.wrong(expected))?);
     }

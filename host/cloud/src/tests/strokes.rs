@@ -197,7 +197,7 @@ fn what_a_stroke_was_led_over_is_said_where_it_left_some_out() {
     assert_eq!(CloudPart::along(&cloud, &stroke, None).unwrap().restriction(), None);
     assert_eq!(part(&|i| i < 20).restriction(), None, "those beyond are far away");
     let restricted = part(&|i| i < 12);
-    assert_eq!(restricted.restriction(), Some(SurfelRuns::of(&[9, 10, 11])));
+    assert_eq!(restricted.restriction(), Some(SurfelRuns::of_rows(30, 9..12)));
 }
 
 /// A history that is too long for a header is shortened from its beginning, with a line, so that the file can be read.

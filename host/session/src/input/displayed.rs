@@ -8,10 +8,11 @@ use anyhow::Context as _;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use surfelshop_cloud::display::{
-    Colors, Display, DisplayError, DisplaySettings, HiddenSurfels, Legend, Scale, Statistics,
-    hiding,
+    Colors, Display, DisplayError, DisplaySettings, Legend, Scale, Statistics, hiding,
 };
-use surfelshop_cloud::selection::{RegionSelection, Selection, SelectionError, Tint, tinted};
+use surfelshop_cloud::selection::{
+    RegionSelection, Selection, SelectionError, SurfelRuns, Tint, tinted,
+};
 use surfelshop_cloud::{Cloud, Loaded, Summary};
 
 /// Clouds as they are displayed.
@@ -240,11 +241,7 @@ impl Selected {
 ///
 /// # Errors
 /// Where the cloud has another number of surfels than the scene says: its file was changed since.
-pub fn hide(
-    loaded: &mut Loaded,
-    hidden: &HiddenSurfels,
-    place: Option<&str>,
-) -> anyhow::Result<()> {
+pub fn hide(loaded: &mut Loaded, hidden: &SurfelRuns, place: Option<&str>) -> anyhow::Result<()> {
     let said = || {
         let file = place.unwrap_or(&loaded.summary.file);
         format!(

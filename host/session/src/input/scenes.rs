@@ -4,8 +4,8 @@ use crate::output::{files, terminal};
 use anyhow::bail;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::Transform;
-use surfelshop_cloud::display::HiddenSurfels;
 use surfelshop_cloud::scene::{self, CloudRenderer, OpenedScene};
+use surfelshop_cloud::selection::SurfelRuns;
 
 /// A cloud to read.
 #[derive(Clone, Debug)]
@@ -19,7 +19,7 @@ pub struct Source {
     /// What draws it, where a scene says so.
     pub renderer: Option<NamedRenderer>,
     /// Which of its surfels a scene hides.
-    pub hidden: Option<HiddenSurfels>,
+    pub hidden: Option<SurfelRuns>,
     /// The file of its edits, where a scene names one.
     pub layer: Option<PathBuf>,
 }

@@ -3,14 +3,14 @@
 //! ```text
 //! {"format": "surfelshop strokes", "version": 1, "strokes": [
 //!   {"tool": "org.surfelshop.brush/brush", "values": {"color": [0.8, 0.1, 0.1]},
-//!    "n_surfels": 49990, "among": "sAkFAyg",
+//!    "n_surfels": 49990, "among": "xoYDsAkFAyg",
 //!    "stroke": {"radius": 0.05, "spacing": 0.25, "falloff": "smooth", "reach": "facing",
 //!               "samples": [{"place": [0, 1, 0], "normal": [0, 1, 0], "time": 0, "pressure": 1}]}}]}
 //! ```
 //!
 //! `n_surfels` is how many the cloud had. `among` is there where others near the stroke were left out, since some were
-//! selected or hidden: so many surfels that it did not concern, so many that it did, and so on; each number in bytes of seven
-//! bits, the lowest first, and these in base64.
+//! selected or hidden: how many surfels there are, so many that it did not concern, so many that it did, and so on; each number
+//! in bytes of seven bits, the lowest first, and these in base64, as scenes note what is hidden.
 
 use crate::output::json::plain;
 use anyhow::{Context as _, bail, ensure};
@@ -92,7 +92,10 @@ pub fn of_cloud(cloud: &Cloud) -> Vec<NamedStroke> {
             _ => None,
         };
         let stroke = serde_json::from_str(noted(STROKE_NOTE)?).ok()?;
-        let among = noted(AMONG_NOTE).map(|text| SurfelRuns::from(text.as_str()));
+        let among = match noted(AMONG_NOTE) {
+            Some(text) => Some(SurfelRuns::parse(text)?),
+            None => None,
+        };
         let stroke = named(&edit.made.tool, &edit.made.values, stroke);
         Some(NamedStroke { n_surfels: Some(edit.n_before), among, ..stroke })
     });

@@ -19,9 +19,6 @@ pub enum SelectionError {
         /// Surfels of the cloud.
         found: usize,
     },
-    /// Surfels that are told by number are damaged.
-    #[error("surfels by number: expected runs in base64, found {0}")]
-    Runs(String),
     /// Nothing is selected.
     #[error("nothing is selected")]
     Nothing,

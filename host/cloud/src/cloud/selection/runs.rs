@@ -5,99 +5,133 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD_NO_PAD;
 use serde::{Deserialize, Serialize};
 
-/// Some surfels of a cloud, as text: so many that are not among them, so many that are, and so on in turns, each number in
-/// bytes of seven bits, the lowest first, and all of these in base64. Where surfels lie scattered that takes 3 bytes each.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct SurfelRuns(String);
+/// Some surfels of a cloud, as scenes note those that are hidden and strokes those that they concerned: how many there are in
+/// all, and how many follow each other that are not among them, are, are not and so on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct SurfelRuns {
+    len: u64,
+    runs: Vec<u64>,
+}
 
 impl SurfelRuns {
-    /// Those of these numbers, which ascend.
+    /// Those of a selection.
     #[must_use]
-    pub fn of(rows: &[u32]) -> Self {
-        let mut runs: Vec<u32> = Vec::new();
-        let mut end = 0;
-        for &row in rows {
-            match runs.last_mut() {
-                Some(length) if row == end => *length += 1,
-                _ => runs.extend([row.saturating_sub(end), 1]),
-            }
-            end = row.saturating_add(1);
-        }
-        let mut bytes = Vec::new();
-        for mut run in runs {
-            while run >= 0x80 {
-                bytes.push(0x80 | (run & 0x7f) as u8);
-                run >>= 7;
-            }
-            bytes.push(run as u8);
-        }
-        Self(STANDARD_NO_PAD.encode(bytes))
+    pub fn of(selection: &Selection) -> Self {
+        Self::of_rows(selection.len(), selection.indices())
     }
 
-    /// Those of a cloud of `len` surfels.
+    /// Those of these numbers, which ascend, of a cloud of `len` surfels.
+    #[must_use]
+    pub(crate) fn of_rows(len: usize, rows: impl Iterator<Item = usize>) -> Self {
+        let mut runs: Vec<u64> = Vec::new();
+        let mut end = 0;
+        for row in rows {
+            match runs.last_mut() {
+                Some(length) if row == end => *length += 1,
+                _ => runs.extend([row.saturating_sub(end) as u64, 1]),
+            }
+            end = row + 1;
+        }
+        Self { len: len as u64, runs }
+    }
+
+    /// The surfels, of a cloud of `len`.
     ///
     /// # Errors
-    /// Where the text is damaged, they reach beyond the cloud, or there is no memory.
+    /// Where it is of another number of surfels, or there is no memory.
     pub fn selection(&self, len: usize) -> Result<Selection, SelectionError> {
-        let bytes = STANDARD_NO_PAD
-            .decode(&self.0)
-            .map_err(|error| SelectionError::Runs(error.to_string()))?;
+        if self.len != len as u64 {
+            let found = usize::try_from(self.len).unwrap_or(usize::MAX);
+            return Err(SelectionError::Length { expected: len, found });
+        }
         let mut selection = Selection::none(len)?;
-        let (mut at, mut is_among) = (0usize, false);
-        let (mut length, mut shift) = (0u64, 0u32);
-        for byte in bytes {
-            if shift > 28 {
-                return Err(SelectionError::Runs("a number of more than 35 bits".to_owned()));
+        let mut at = 0;
+        for (i, run) in self.runs.iter().enumerate() {
+            let end = at + *run as usize;
+            if i % 2 == 1 {
+                (at..end).for_each(|index| selection.insert(index));
             }
-            length |= u64::from(byte & 0x7f) << shift;
-            shift += 7;
-            if byte >= 0x80 {
-                continue;
-            }
-            let end = at.saturating_add(length as usize);
-            if end > len {
-                return Err(SelectionError::Length { expected: len, found: end });
-            }
-            if is_among {
-                (at..end).for_each(|row| selection.insert(row));
-            }
-            (at, is_among, length, shift) = (end, !is_among, 0, 0);
+            at = end;
         }
         Ok(selection)
+    }
+
+    /// As text: its numbers, of seven bits a byte, in base 64.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let mut bytes = Vec::new();
+        for number in std::iter::once(&self.len).chain(&self.runs) {
+            let mut left = *number;
+            while left >= 0x80 {
+                bytes.push(left as u8 | 0x80);
+                left >>= 7;
+            }
+            bytes.push(left as u8);
+        }
+        STANDARD_NO_PAD.encode(bytes)
+    }
+
+    /// Reads such a text; `None` where it is none.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Self> {
+        let bytes = STANDARD_NO_PAD.decode(text).ok()?;
+        let (mut numbers, mut number, mut shift) = (Vec::new(), 0u64, 0);
+        for byte in bytes {
+            // A cloud has at most 2^32 surfels.
+            if shift > 28 {
+                return None;
+            }
+            number |= u64::from(byte & 0x7f) << shift;
+            shift += 7;
+            if byte < 0x80 {
+                numbers.push(number);
+                (number, shift) = (0, 0);
+            }
+        }
+        let (len, runs) = numbers.split_first()?;
+        let is_whole = shift == 0 && runs.iter().sum::<u64>() <= *len;
+        // Only the first may be empty: the first surfel is among them then.
+        let is_short = runs.iter().skip(1).all(|run| *run > 0);
+        (is_whole && is_short).then(|| Self { len: *len, runs: runs.to_vec() })
     }
 }
 
 impl From<SurfelRuns> for String {
     fn from(runs: SurfelRuns) -> Self {
-        runs.0
+        runs.text()
     }
 }
 
-impl From<&str> for SurfelRuns {
-    fn from(text: &str) -> Self {
-        Self(text.to_owned())
+impl TryFrom<String> for SurfelRuns {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        Self::parse(&text).ok_or_else(|| "expected surfels by number, in base64".to_owned())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
-    #[test]
-    fn numbers_come_back_from_runs_and_may_not_reach_beyond_the_cloud() {
-        for rows in [vec![], vec![0], vec![0, 1, 2, 7], vec![3, 5, 6, 9], vec![300, 70_000]] {
-            let runs = SurfelRuns::of(&rows);
-            let text = serde_json::to_string(&runs).unwrap();
-            let read: SurfelRuns = serde_json::from_str(&text).unwrap();
-            let found: Vec<usize> = read.selection(70_001).unwrap().indices().collect();
-            assert_eq!(found, rows.iter().map(|row| *row as usize).collect::<Vec<_>>(), "{text}");
+    proptest! {
+        #[test]
+        fn surfels_are_read_as_they_were_written(bits in proptest::collection::vec(any::<bool>(), 0..700)) {
+            let selection = Selection::of(bits.len(), |index| bits[index]).unwrap();
+            let noted = SurfelRuns::of(&selection);
+            let again = SurfelRuns::parse(&noted.text()).unwrap();
+            prop_assert_eq!(&again, &noted);
+            prop_assert_eq!(again.selection(bits.len()).unwrap(), selection);
+            prop_assert!(again.selection(bits.len() + 1).is_err());
         }
-        assert_eq!(SurfelRuns::of(&[3, 5, 6, 9]), SurfelRuns("AwEBAgIB".to_owned()));
-        assert!(SurfelRuns::of(&[10]).selection(10).is_err());
-        assert!(SurfelRuns::of(&[u32::MAX]).selection(10).is_err());
-        for damaged in ["?", "////////////////", "AwEBAgI$"] {
-            assert!(SurfelRuns(damaged.to_owned()).selection(10).is_err(), "{damaged}");
+
+        #[test]
+        fn any_text_is_read_or_refused(text in "[A-Za-z0-9+/=]{0,40}") {
+            if let Some(read) = SurfelRuns::parse(&text) {
+                prop_assert_eq!(SurfelRuns::parse(&read.text()), Some(read));
+            }
         }
     }
 }

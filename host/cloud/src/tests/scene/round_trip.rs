@@ -1,8 +1,8 @@
 use super::written;
-use crate::cloud::selection::Selection;
+use crate::cloud::selection::{Selection, SurfelRuns};
 use crate::display::{
-    Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, HiddenSurfels, Look,
-    MapChoice, RangeEnd, Scale, SplatSettings,
+    Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, Look, MapChoice, RangeEnd,
+    Scale, SplatSettings,
 };
 use crate::environment_map::Mapping;
 use crate::scene::{
@@ -90,7 +90,7 @@ fn cloud() -> impl Strategy<Value = SceneCloud> {
     let renderer = renderer.prop_map(|(name, values)| CloudRenderer { name, values });
     let bits = vec(any::<bool>(), 1..80).prop_map(|bits| {
         let hidden = Selection::of(bits.len(), |index| bits[index]).unwrap();
-        HiddenSurfels::of(&hidden)
+        SurfelRuns::of(&hidden)
     });
     let layer = option::of("[a-zé ./\"]{0,8}a").prop_map(|layer| layer.map(Into::into));
     let of_bits = (option::of(bits), layer);

@@ -7,8 +7,9 @@ use super::recovery::CloudRow;
 use layers::SharedLayerFile;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use surfelshop_cloud::display::{self, HiddenSurfels, unhidden};
+use surfelshop_cloud::display::{self, unhidden};
 use surfelshop_cloud::scene::SceneFile;
+use surfelshop_cloud::selection::SurfelRuns;
 use surfelshop_cloud::selection::{Selection, SelectionError};
 use surfelshop_cloud::{Cloud, CloudError, Column, Loaded, Summary, Transform};
 use surfelshop_session::input::clouds::Clouds;
@@ -104,9 +105,9 @@ impl OpenCloud {
     }
 
     /// Which of its surfels are hidden, as a scene notes it.
-    pub(crate) fn hidden(&self) -> Option<HiddenSurfels> {
+    pub(crate) fn hidden(&self) -> Option<SurfelRuns> {
         let hidden = display::hidden(&self.loaded.cloud).ok()??;
-        Some(HiddenSurfels::of(&hidden))
+        Some(SurfelRuns::of(&hidden))
     }
 
     fn file_name(&self) -> String {

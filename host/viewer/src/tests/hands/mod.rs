@@ -206,6 +206,16 @@ fn lassos_and_brushes_select_and_split_off() {
     assert_eq!(screen.window().n_selected().0, 0);
 }
 
+/// Takes the brush in hand.
+fn take_brush(screen: &mut Screen) {
+    screen.harness.key_press(Key::P);
+    screen.frames();
+    assert_eq!(screen.window().views.hands.mode, HandMode::Tool("brush".to_owned()));
+    screen.until("the tool", |window| {
+        matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
+    });
+}
+
 /// What the brush makes of a stroke that was recorded.
 fn led_again(screen: &mut Screen, cloud: &Cloud, led: &NamedStroke) -> Cloud {
     let Readiness::Ready(unit) = screen.window().plugins.tools.units.readiness("brush") else {
@@ -225,10 +235,7 @@ fn led_again(screen: &mut Screen, cloud: &Cloud, led: &NamedStroke) -> Cloud {
 fn colours_are_taken_from_the_cloud() {
     let mut screen = with_brushes();
     let before = cloud(&mut screen);
-    screen.harness.key_press(Key::P);
-    screen.until("the tool", |window| {
-        matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
-    });
+    take_brush(&mut screen);
     drag(&mut screen, &[MIDDLE, MIDDLE], Modifiers::ALT);
     let taken = screen.window().plugins.tools.values.get("brush").and_then(|all| all.get("color"));
     let Some(Value::Color(taken)) = taken.cloned() else { panic!("no colour") };
@@ -251,10 +258,7 @@ fn a_stroke_over_a_selection_is_recorded_with_it() {
     drag(&mut screen, &[MIDDLE, corner], Modifiers::NONE);
     let n_selected = screen.window().n_selected().0;
     assert!(n_selected > 50, "{n_selected}");
-    screen.harness.key_press(Key::P);
-    screen.until("the tool", |window| {
-        matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
-    });
+    take_brush(&mut screen);
     assert_eq!(screen.window().tint(), Tint::Faint, "what is painted has to be seen");
     let above = MIDDLE - eframe::egui::vec2(0.0, 40.0);
     drag(&mut screen, &[above, MIDDLE + eframe::egui::vec2(5.0, 20.0)], Modifiers::NONE);
@@ -278,12 +282,7 @@ fn a_stroke_over_a_selection_is_recorded_with_it() {
 fn a_stroke_paints_is_undone_and_is_recorded() {
     let mut screen = with_brushes();
     let before = cloud(&mut screen);
-    screen.harness.key_press(Key::P);
-    screen.frames();
-    assert_eq!(screen.window().views.hands.mode, HandMode::Tool("brush".to_owned()));
-    screen.until("the tool", |window| {
-        matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
-    });
+    take_brush(&mut screen);
     let paint = Value::Color([0.0, 0.8, 0.1]);
     screen
         .window()

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use surfelshop_api::params::{ParamKind, Value};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::display::hidden;
-use surfelshop_cloud::selection::{Selection, extracted};
+use surfelshop_cloud::selection::{Selection, SelectionError, extracted};
 
 /// Surfels of the nodes of a pyramid that are looked at, at most.
 const MOST_NEAR: u64 = 1 << 18;
@@ -57,13 +57,14 @@ impl Window {
         let Some(((_, row), cloud)) = nearest.min_by(|a, b| a.0.0.total_cmp(&b.0.0)) else {
             return Ok(None);
         };
-        let color = || {
-            let mut one = Selection::none(cloud.len())?;
-            one.insert(row);
-            Ok(extracted(cloud, &one)?.view().albedos().first().copied())
-        };
-        color().map_err(|error: surfelshop_cloud::selection::SelectionError| error.to_string())
+        color_of(cloud, row).map_err(|error| error.to_string())
     }
+}
+
+fn color_of(cloud: &Cloud, row: usize) -> Result<Option<Vec3>, SelectionError> {
+    let mut one = Selection::none(cloud.len())?;
+    one.insert(row);
+    Ok(extracted(cloud, &one)?.view().albedos().first().copied())
 }
 
 /// How far away the nearest surfel of a cloud that is not hidden is, squared, and its number.
