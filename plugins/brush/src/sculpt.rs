@@ -77,12 +77,11 @@ fn raise(cloud: &CloudView<'_>, height: f32, job: &Job<'_>) -> Result<()> {
         let normal = Vec3::from_slice(&normals[3 * i..3 * i + 3]);
         let (unit, slope) = match stroke {
             Some(stroke) => {
-                let at = cloud.origin + place.as_dvec3();
+                let away = away(stroke, cloud.origin + place.as_dvec3());
                 // Pressure, and how the surfel faces the stroke, make it flatter.
-                let share = away(stroke, at).length() / stroke.radius;
-                let full = stroke.dabs.falloff.weight(share) as f32;
+                let full = stroke.dabs.falloff.weight(away.length()) as f32;
                 let part = if full > 0.0 { (weights[i] / full).min(1.0) } else { 0.0 };
-                (stroke.radius as f32, slope(stroke, at, normal) * part)
+                (stroke.radius as f32, slope(stroke, away, normal) * part)
             }
             None => (own_radii.map_or(0.0, |radii| radii[i]), Vec3::ZERO),
         };
@@ -147,8 +146,8 @@ impl Between {
     }
 }
 
-/// From the nearest place on a line between samples to a place.
-fn away(stroke: &Stroke, place: DVec3) -> DVec3 {
+/// From the nearest place on a line between samples to a place, in radii.
+pub(crate) fn away(stroke: &Stroke, place: DVec3) -> DVec3 {
     let from_line = |ends: &[StrokeSample]| {
         let (from, along) = (place - ends[0].place, ends[1].place - ends[0].place);
         let share = from.dot(along) / along.length_squared();
@@ -158,12 +157,11 @@ fn away(stroke: &Stroke, place: DVec3) -> DVec3 {
     let first = stroke.samples.first().map(|sample| place - sample.place);
     let all = first.into_iter().chain(stroke.samples.windows(2).map(from_line));
     let nearest = all.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    nearest.unwrap_or_default()
+    nearest.unwrap_or_default() / stroke.radius
 }
 
 /// How fast the weight falls at a place, in radii: along the surface, away from the stroke.
-pub(crate) fn slope(stroke: &Stroke, place: DVec3, normal: Vec3) -> Vec3 {
-    let away = away(stroke, place) / stroke.radius;
+pub(crate) fn slope(stroke: &Stroke, away: DVec3, normal: Vec3) -> Vec3 {
     let share = away.length();
     /// Of a radius: where the slope is measured.
     const STEP: f64 = 1e-3;
