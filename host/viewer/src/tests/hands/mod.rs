@@ -230,20 +230,20 @@ fn led_again(screen: &mut Screen, cloud: &Cloud, led: &NamedStroke) -> Cloud {
     done.edited.unwrap().cloud
 }
 
-/// Invariant: Alt and a click give the tool in hand the colour under the pointer and change no cloud
+/// Invariant: Ctrl and a click give the tool in hand the colour under the pointer and change no cloud
 #[test]
 fn colours_are_taken_from_the_cloud() {
     let mut screen = with_brushes();
     let before = cloud(&mut screen);
     take_brush(&mut screen);
-    drag(&mut screen, &[MIDDLE, MIDDLE], Modifiers::ALT);
+    drag(&mut screen, &[MIDDLE, MIDDLE], Modifiers::COMMAND);
     let taken = screen.window().plugins.tools.values.get("brush").and_then(|all| all.get("color"));
     let Some(Value::Color(taken)) = taken.cloned() else { panic!("no colour") };
     // The sample's colours differ from place to place: it is one of them.
     assert!(before.view().albedos().iter().any(|albedo| albedo.to_array() == taken), "{taken:?}");
     assert_eq!(generation(&cloud(&mut screen), COLOR), generation(&before, COLOR));
     assert!(screen.window().views.hands.said.starts_with("brush: took the colour"));
-    drag(&mut screen, &[CORNER, CORNER], Modifiers::ALT);
+    drag(&mut screen, &[CORNER, CORNER], Modifiers::COMMAND);
     assert_eq!(generation(&cloud(&mut screen), COLOR), generation(&before, COLOR));
 }
 

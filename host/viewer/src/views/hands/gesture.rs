@@ -108,7 +108,7 @@ fn begin(window: &mut Window, ui: &Ui, pane: u32, rects: &[Rect], at: Pos2) {
     let how = how(modifiers);
     let share = f64::from(window.views.hands.radius);
     let hit = picture.hit(at);
-    if let (HandMode::Tool(tool), true) = (window.views.hands.mode.clone(), modifiers.alt) {
+    if let (HandMode::Tool(tool), true) = (window.views.hands.mode.clone(), modifiers.command) {
         match hit {
             Some((place, _)) => window.take_color(&tool, place),
             None => window.messages.report("no surfel is there"),

@@ -167,7 +167,7 @@ fn tool(window: &mut Window, ui: &mut Ui, name: &str) {
         files::open_for_parameter(window, ui.ctx(), owner, &parameter);
     }
     if window.color_parameter(name).is_some() {
-        ui.weak("Alt and a click take the colour under the pointer.");
+        ui.weak("Ctrl and a click take the colour under the pointer.");
     }
     let (n, _) = window.n_selected();
     if n > 0 {
