@@ -2,7 +2,7 @@
 
 use crate::stop::one_line;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use wasmi::{Config, EnforcedLimits, Engine};
+use wasmi::{Config, CustomFuelCosts, EnforcedLimits, Engine};
 use wasmparser::{Parser, Payload};
 
 /// How deep the calls of a module may go.
@@ -18,6 +18,15 @@ static COMPILED: AtomicUsize = AtomicUsize::new(0);
 pub fn n_compiled() -> usize {
     COMPILED.load(Ordering::Relaxed)
 }
+
+/// What its work costs besides an instruction's one step. Its functions are compiled when they are first called, which costs
+/// nothing: each is compiled once, and together they are no longer than the file. A call that ran out of steps within that
+/// could not go on.
+const COSTS: CustomFuelCosts = CustomFuelCosts {
+    bytes_copied_per_fuel: 64,
+    fuel_per_bytes_translated: 0,
+    fuel_per_bytes_validated: 0,
+};
 
 /// A module in memory, from which instances are made.
 #[derive(Debug)]
@@ -40,6 +49,7 @@ impl Module {
         let mut config = Config::default();
         config
             .consume_fuel(true)
+            .fuel_cost(COSTS)
             .ignore_custom_sections(true)
             .enforced_limits(EnforcedLimits::strict())
             .wasm_multi_memory(false)

@@ -1,7 +1,22 @@
 //! Facts of plugins as they are shown.
 
+use std::path::{Path, PathBuf};
 use surfelshop_api::manifest::Manifest;
-use surfelshop_runtime::plugins::TrustState;
+use surfelshop_runtime::plugins::{Entry, Origin, TrustState};
+
+/// The picture in a pack.
+pub const PREVIEW: &str = "preview.png";
+
+/// The folder beside an installed plugin of what it was packed with.
+pub fn packed_with(plugin: &Path) -> PathBuf {
+    plugin.with_extension("pack")
+}
+
+/// The picture that a plugin was packed with, where it was installed from a pack that has one.
+pub fn preview(entry: &Entry) -> Option<PathBuf> {
+    let preview = packed_with(&entry.path).join(PREVIEW);
+    (entry.origin == Origin::UserFolder && preview.is_file()).then_some(preview)
+}
 
 /// Who made a plugin, as it says itself.
 pub fn author(manifest: &Manifest) -> String {

@@ -12,6 +12,7 @@ use surfelshop_runtime::plugins::{
     self, Contents, Entry, Origin, Place, Registry, SearchPath, is_module, user_plugins_folder,
 };
 use surfelshop_session::output::{files, terminal};
+use surfelshop_session::plugin_facts::packed_with;
 use surfelshop_session::trust_file::TrustFile;
 
 fn folder() -> anyhow::Result<PathBuf> {
@@ -84,11 +85,6 @@ impl NewPlugin {
         }
         Ok(())
     }
-}
-
-/// The folder beside an installed plugin of what it was packed with.
-pub(super) fn packed_with(plugin: &Path) -> PathBuf {
-    plugin.with_extension("pack")
 }
 
 /// Copies plugins into the user's folder, and trusts those that need it.

@@ -1,17 +1,14 @@
 //! `surfelshop plugins list`: what is installed, whether it may run, and what was refused and why.
 
-use super::installed::packed_with;
 use super::named;
-use super::pack::archive::PREVIEW;
 use crate::plugins::arguments::PluginsArguments;
 use serde_json::{Value, json};
-use std::path::PathBuf;
 use surfelshop_api::UnitKind;
 use surfelshop_api::format::Recognition;
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, Origin, Place, Registry, SearchPath, State};
 use surfelshop_session::output::terminal;
-use surfelshop_session::plugin_facts::{ISOLATED, api_range, author_of, licence, trusted};
+use surfelshop_session::plugin_facts::{ISOLATED, api_range, author_of, licence, preview, trusted};
 use surfelshop_session::trust_file::TrustFile;
 
 /// Runs the command.
@@ -132,12 +129,6 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
         }
     }
     text
-}
-
-/// The picture that a plugin was packed with, where it was installed from a pack that has one.
-fn preview(entry: &Entry) -> Option<PathBuf> {
-    let preview = packed_with(&entry.path).join(PREVIEW);
-    (entry.origin == Origin::UserFolder && preview.is_file()).then_some(preview)
 }
 
 /// The endings of a format's files, and whether it writes them: `.las, .laz; read and written`.

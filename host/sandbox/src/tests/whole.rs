@@ -34,6 +34,20 @@ fn a_thousand_frames_take_no_more_memory_than_one() {
     assert_eq!(sizes[0], sizes[999]);
 }
 
+/// Invariant: functions are compiled whenever they are first called, also where a slice of steps is nearly used up
+///
+/// A megabyte of functions, each called once: a tenth of a second.
+#[test]
+fn compiling_functions_ends_no_call() {
+    let functions: String =
+        (0..50).map(|i| format!("(func $first{i} return {})", "nop ".repeat(20_000))).collect();
+    let calls: String = (0..50).map(|i| format!("(call $first{i})")).collect();
+    let (status, _) = frame(&format!(
+        "{functions} (func $frame (param i32 i32 i32) (result i32) {calls} i32.const 7)"
+    ));
+    assert_eq!(status, Ok(7));
+}
+
 /// The C structures as `wasm32` lays them out: a tool reads number, origin and a column of a cloud, and writes them.
 #[test]
 fn a_tool_sees_a_cloud_as_c_lays_it_out() {

@@ -2,6 +2,7 @@
 
 pub(crate) mod crash;
 pub(crate) mod plugin_list;
+mod previews;
 mod state;
 pub(crate) mod tool_window;
 mod tools;

@@ -1,15 +1,20 @@
 //! The list of plugins with their state, trust and failures.
 
+use super::previews::Previews;
+use super::state::Plugins;
 use crate::render_thread::{RenderCommand, UnitHealth};
 use crate::window::Window;
-use eframe::egui::{Grid, Label, ScrollArea, Ui};
+use eframe::egui::{Grid, Image, Label, Role, ScrollArea, Ui, WidgetInfo, vec2};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, State, TrustState};
-use surfelshop_session::plugin_facts::{ISOLATED, author_of, licence, trusted};
+use surfelshop_session::plugin_facts::{ISOLATED, author_of, licence, preview, trusted};
 use surfelshop_session::trust_file::TrustFile;
 
 /// Digits of a SHA-256 that a row shows; the tooltip has all.
 const DIGITS: usize = 12;
+
+/// Points of the window that the longer side of a plugin's picture takes in its row, and under the pointer.
+const PICTURE_SIDES: [f32; 2] = [64.0, 256.0];
 
 const TITLES: [&str; 10] = [
     "package",
@@ -33,10 +38,11 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.strong(title);
             }
             ui.end_row();
-            for entry in window.plugins.registry.entries() {
-                let wanted = row(ui, entry);
+            let Plugins { registry, previews, undecided, .. } = &mut window.plugins;
+            for entry in registry.entries() {
+                let wanted = row(ui, entry, previews);
                 if wanted.decides {
-                    window.plugins.undecided.remove(&entry.contents());
+                    undecided.remove(&entry.contents());
                 }
                 if let (Some(is_isolated), Some(manifest)) = (wanted.isolates, entry.manifest()) {
                     isolates = Some((manifest.id.clone(), is_isolated));
@@ -78,9 +84,12 @@ fn isolate(window: &mut Window, package: &str, is_isolated: bool) {
 }
 
 /// The row of a file.
-fn row(ui: &mut Ui, entry: &Entry) -> RowChoice {
+fn row(ui: &mut Ui, entry: &Entry, previews: &mut Previews) -> RowChoice {
     let manifest = entry.manifest().cloned().unwrap_or_default();
-    ui.label(&manifest.id);
+    ui.vertical(|ui| {
+        ui.label(&manifest.id);
+        picture(ui, entry, previews);
+    });
     units(ui, &manifest);
     ui.label(&manifest.version);
     ui.label(match &entry.state {
@@ -108,6 +117,18 @@ fn row(ui: &mut Ui, entry: &Entry) -> RowChoice {
     let file = format!("{}…  {}", &sha256[..DIGITS], entry.path.display());
     ui.label(file).on_hover_text(sha256);
     RowChoice { decides: asks, isolates }
+}
+
+/// The picture that it was packed with, if there is one; larger under the pointer.
+fn picture(ui: &mut Ui, entry: &Entry, previews: &mut Previews) {
+    let Some(file) = preview(entry) else { return };
+    let Some(texture) = previews.of(ui.ctx(), entry.contents(), &file) else { return };
+    let [small, large] = PICTURE_SIDES.map(|side| Image::new(&texture).max_size(vec2(side, side)));
+    let shown = ui.add(small);
+    shown.widget_info(|| WidgetInfo::labeled(Role::Image, true, "preview"));
+    shown.on_hover_ui(|ui| {
+        ui.add(large);
+    });
 }
 
 /// Whether it runs in processes of its own; returns what the user chose.

@@ -1,5 +1,6 @@
 //! What the window knows of plugins.
 
+use super::previews::Previews;
 use super::tools::Tools;
 use crate::render_thread::UnitHealth;
 use std::collections::{BTreeSet, HashMap};
@@ -14,6 +15,8 @@ use surfelshop_session::options::{DeviceArguments, PluginFiles};
 pub(crate) struct Plugins {
     pub(crate) tools: Tools,
     pub(crate) registry: Registry,
+    /// The pictures that plugins were packed with, as far as they were shown.
+    pub(crate) previews: Previews,
     /// The parameters of each renderer that was loaded.
     pub(crate) declared: HashMap<String, Vec<ParamDecl>>,
     /// Renderers that failed.
@@ -36,6 +39,7 @@ impl Plugins {
         Self {
             tools: Tools::new(device, files),
             registry,
+            previews: Previews::default(),
             declared: HashMap::new(),
             unit_health: Vec::new(),
             crash_mark: crash.as_ref().and_then(|crash| CrashGuard::of_user()?.keep(crash).ok()),

@@ -1,11 +1,12 @@
 //! What the ways to run a plugin cost: in the program, in a process of its own, and in the sandbox.
 //!
 //! ```text
-//! cargo run --release -p surfelshop-lab -- ways LIBRARY MODULE
+//! cargo run --release -p surfelshop-lab -- ways LIBRARY MODULE [ID=VALUE...]
 //! ```
 //!
 //! Both are of the same source. Their renderers describe and draw a million surfels at 512 x 512, and their tools run over
-//! these; the ways in turns, medians with quartiles.
+//! these with the values that are named; the ways in turns, medians with quartiles. Tools that take more than a minute run
+//! once.
 
 use super::quartiles;
 use anyhow::{Context as _, bail, ensure};
@@ -22,6 +23,8 @@ use surfelshop_runtime::plugins::{
     LoadedUnit, Origin, Place, Registry, SearchPath, Timeouts, Trust, UnitRef,
 };
 use surfelshop_runtime::tools::{Ended, Running, ToolOptions};
+use surfelshop_session::options::values::Setting;
+use surfelshop_session::parameters;
 use surfelshop_tests::clouds::wavy_sphere;
 use surfelshop_tests::stage::{engine, hard_views};
 
@@ -32,6 +35,8 @@ const DRAWN: usize = 15;
 /// Runs of a tool, and loads, for a median.
 const RUNS: usize = 5;
 const LOADS: usize = 15;
+/// Milliseconds of a run after which there is no other one.
+const LONG: f64 = 60_000.0;
 
 /// How a unit runs.
 struct Way {
@@ -140,14 +145,18 @@ fn renderer(ways: &[Way], id: &str, cloud: &Cloud) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn tool(ways: &[Way], id: &str, cloud: &Cloud) -> anyhow::Result<()> {
+fn tool(ways: &[Way], unit: &UnitRef, cloud: &Cloud, typed: &[Setting]) -> anyhow::Result<()> {
+    let id = &unit.id;
     let mut times = vec![Vec::new(); ways.len()];
-    for _ in 0..RUNS {
+    for run in 0..RUNS {
+        if run > 0 && times.iter().flatten().any(|ms| *ms > LONG) {
+            break;
+        }
         for (way, times) in ways.iter().zip(&mut times) {
-            let unit = way.load(UnitKind::Tool, id)?;
+            let loaded = way.load(UnitKind::Tool, id)?;
+            let values = parameters::values(unit, &loaded.description.params, typed)?;
             let started = Instant::now();
-            let mut running =
-                Running::start(&unit, &Values::new(), cloud, &ToolOptions::default())?;
+            let mut running = Running::start(&loaded, &values, cloud, &ToolOptions::default())?;
             let ended = loop {
                 if let Some(ended) = running.wait(Duration::from_secs(1)) {
                     break ended;
@@ -198,13 +207,19 @@ fn loading(ways: &[Way]) -> anyhow::Result<()> {
 pub(crate) fn run() -> anyhow::Result<()> {
     let program = format!("surfelshop{}", std::env::consts::EXE_SUFFIX);
     use_program(std::env::current_exe()?.with_file_name(program));
-    let given: Vec<PathBuf> = std::env::args_os().skip(2).map(PathBuf::from).collect();
-    let [library, module] = &given[..] else { bail!("expected LIBRARY MODULE") };
+    let mut given = std::env::args_os().skip(2);
+    let (Some(library), Some(module)) = (given.next(), given.next()) else {
+        bail!("expected LIBRARY MODULE [ID=VALUE...]")
+    };
+    let [library, module] = [library, module].map(PathBuf::from);
+    let typed =
+        given.map(|word| Setting::parse(&word.to_string_lossy()).map_err(anyhow::Error::msg));
+    let typed = typed.collect::<anyhow::Result<Vec<_>>>()?;
     let file = |path: &Path| path.canonicalize().with_context(|| path.display().to_string());
     let ways = [
-        ("in the program", library, false),
-        ("in a process of its own", library, true),
-        ("in the sandbox", module, false),
+        ("in the program", &library, false),
+        ("in a process of its own", &library, true),
+        ("in the sandbox", &module, false),
     ];
     let ways = ways
         .map(|(name, path, is_isolated)| anyhow::Ok(Way { name, file: file(path)?, is_isolated }));
@@ -215,7 +230,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
     }
     for unit in ways[0].units(UnitKind::Tool) {
         // Some need what this cloud has not, such as triangles.
-        if let Err(error) = tool(&ways, &unit.id, &cloud) {
+        if let Err(error) = tool(&ways, &unit, &cloud, &typed) {
             println!("{error:#}");
         }
     }

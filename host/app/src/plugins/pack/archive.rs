@@ -9,6 +9,7 @@ use std::io::Read as _;
 use std::path::Path;
 use surfelshop_runtime::plugins::is_module;
 use surfelshop_session::output::files;
+use surfelshop_session::plugin_facts::PREVIEW;
 
 /// What such a file's name ends in.
 pub(crate) const ENDING: &str = "surfelplug";
@@ -22,7 +23,6 @@ const MAX_ARCHIVE: u64 = MAX_MODULE + 4 * MAX_OTHER;
 
 const README: &str = "README.md";
 const LICENCE: &str = "LICENSE";
-pub(crate) const PREVIEW: &str = "preview.png";
 /// As `sha256sum --check` reads it.
 const SUMS: &str = "SHA256SUMS";
 
