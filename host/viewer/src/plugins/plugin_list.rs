@@ -87,7 +87,7 @@ fn isolate(window: &mut Window, package: &str, is_isolated: bool) {
 fn row(ui: &mut Ui, entry: &Entry, previews: &mut Previews) -> RowChoice {
     let manifest = entry.manifest().cloned().unwrap_or_default();
     ui.vertical(|ui| {
-        ui.label(&manifest.id);
+        ui.add(Label::new(&manifest.id).extend());
         picture(ui, entry, previews);
     });
     units(ui, &manifest);

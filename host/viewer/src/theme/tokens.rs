@@ -154,7 +154,7 @@ mod tests {
             }
             // Nothing weak or coloured stands on the canvas alone.
             for (text, color) in on_surfaces {
-                // Every second row of a table has the colour of buttons.
+                // Every second row of a table is nearly as bright as buttons.
                 let tables = surfaces[..3].iter().chain(&buttons[..1]);
                 pairs.extend(tables.map(|(on, at)| (text, color, *on, *at)));
             }
