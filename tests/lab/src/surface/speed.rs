@@ -27,28 +27,30 @@ pub(super) fn run(sizes: &[String]) -> anyhow::Result<()> {
             timed(|| normals::estimate_with(&neighbours, normals::DEFAULT_NEIGHBOURS, &silent));
         let found = found?;
         let outwards = points.iter().zip(&found.normals).filter(|(p, n)| p.dot(**n) > 0.0).count();
-        let (radii, cover) =
-            timed(|| radii::estimate_with(&neighbours, &found.normals, &found.planarity, &silent));
-        let radii = radii?;
-        let mut turned = found.normals.clone();
+        // In the order in which clouds are read.
+        let normals::Estimate { normals: mut turned, planarity, errors, .. } = found;
+        drop(errors);
         let hints = sides::Hints::default();
         let (seen, look) = timed(|| sides::by_visibility(&points, &mut turned, &hints, &silent));
         let seen = 100.0 * seen?.decided as f64 / size as f64;
+        let (radii, cover) =
+            timed(|| radii::estimate_with(&neighbours, &turned, &planarity, &silent));
+        let radii = radii?;
         let mean = radii.iter().map(|&r| f64::from(r)).sum::<f64>() / size as f64;
         println!(
-            "{size:>9}: search {:.2} ({:.2}), normals {:.2} ({:.2}), radii {:.2} ({:.2}), these {:.2}, sides by visibility {:.2} ({:.2}); {:.2} % outwards, {seen:.2} % decided; mean radius {:.2} spacings; peaks {} MB, points {} MB",
+            "{size:>9}: search {:.2} ({:.2}), normals {:.2} ({:.2}), sides by visibility {:.2} ({:.2}), radii {:.2} ({:.2}), all but sides {:.2}; {:.2} % outwards, {seen:.2} % decided; mean radius {:.2} spacings; peaks {} MB, points {} MB",
             build.0,
             build.1,
             fit.0,
             fit.1,
+            look.0,
+            look.1,
             cover.0,
             cover.1,
             build.0 + fit.0 + cover.0,
-            look.0,
-            look.1,
             100.0 * outwards as f64 / size as f64,
             mean / (4.0 * std::f64::consts::PI / size as f64).sqrt(),
-            [build, fit, cover, look].map(|cost| cost.2.to_string()).join(", "),
+            [build, fit, look, cover].map(|cost| cost.2.to_string()).join(", "),
             base / 1000,
         );
     }
