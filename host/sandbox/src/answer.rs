@@ -208,6 +208,8 @@ impl Instance {
             if host.cancelled() {
                 return Ok(true);
             }
+            // However little is done in it.
+            self.charge(0)?;
             let end = start.saturating_add(RANGE).min(count);
             let arguments = [context, start, end].map(|word| Val::I32(word as i32));
             let [] = self.call((work, &arguments), pace, host, depth + 1)?;

@@ -12,11 +12,14 @@ use surfelshop_api::abi::{format_table, table};
 use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 use wasmi::{
     Func, Linker, Memory, Nullable, Ref, ResumableCall, Store, StoreLimits, StoreLimitsBuilder,
-    Table, Val,
+    Table, TrapCode, Val,
 };
 
-/// Steps between two looks at whether somebody asked to stop: some hundredths of a second.
-const SLICE: u64 = 5_000_000;
+/// Steps between two looks at the clock and at whether somebody asked to stop: about a hundredth of a second, a tenth where
+/// each call clears as many variables as a function may have.
+const SLICE: u64 = 1_000_000;
+/// Most steps of what a module starts with before anything of it is called, which compilers leave empty.
+const START_STEPS: u64 = 20_000_000;
 /// How deep calls of the module within calls of the host within calls of the module may go. Two are needed: a loop
 /// body that the host calls, and the sink that a refusal is written to.
 const MAX_NESTED: u32 = 4;
@@ -38,21 +41,24 @@ pub struct Limits {
     /// Most steps of a call that no job goes with: of describing itself, making an instance and describing a
     /// frame, each. A step is about an instruction. Jobs run until they end or are asked to stop.
     pub steps: u64,
+    /// How long such a call may take: some steps are longer than others. Less than the host waits for it.
+    pub time: Duration,
     /// How long a job may go on once it was asked to stop.
     pub grace: Duration,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { memory: 1 << 30, steps: 1_000_000_000, grace: Duration::from_secs(1) }
+        let (time, grace) = (Duration::from_secs(4), Duration::from_secs(1));
+        Self { memory: 1 << 30, steps: 1_000_000_000, time, grace }
     }
 }
 
 /// How long a call may go on.
 #[derive(Debug)]
 pub(crate) enum Pace {
-    /// So many steps more.
-    Steps(u64),
+    /// So many steps more, until then.
+    Steps(u64, Instant),
     /// Until somebody asks to stop, and then a while.
     Job(Option<Instant>),
 }
@@ -110,7 +116,7 @@ impl Instance {
             .build();
         let mut store = Store::new(module.engine(), bounds);
         store.limiter(|bounds| bounds);
-        store.set_fuel(limits.steps).map_err(|error| Stop::of(&error))?;
+        store.set_fuel(limits.steps.min(START_STEPS)).map_err(|error| Stop::of(&error))?;
         let made = Linker::new(module.engine()).instantiate_and_start(&mut store, module);
         let made = made.map_err(|error| Stop::of(&error))?;
         let lacks = |name: &str| Stop::misbehaved(format!("it does not export `{name}`"));
@@ -189,7 +195,7 @@ impl Instance {
 
     /// How long a call without a job may go on.
     pub(crate) fn steps(&self) -> Pace {
-        Pace::Steps(self.limits.steps)
+        Pace::Steps(self.limits.steps, Instant::now() + self.limits.time)
     }
 
     #[cfg(test)]
@@ -262,7 +268,13 @@ impl Instance {
         let asked = u32::try_from(len).map_err(|_beyond| too_large())?;
         let (left, mut address) = (self.store.get_fuel().map_err(stop)?, [Val::I32(0)]);
         self.store.set_fuel(ALLOC_STEPS).map_err(stop)?;
-        alloc.call(&mut self.store, &[Val::I32(asked as i32)], &mut address).map_err(stop)?;
+        let called = alloc.call(&mut self.store, &[Val::I32(asked as i32)], &mut address);
+        called.map_err(|error| match error.as_trap_code() {
+            Some(TrapCode::OutOfFuel) => Stop::Trapped(format!(
+                "its `{ALLOC}` ran for more than {ALLOC_STEPS} steps, and was stopped"
+            )),
+            _ => stop(error),
+        })?;
         self.store.set_fuel(left).map_err(stop)?;
         let address = address[0].i32().unwrap_or(0) as u32;
         if address == 0 {
@@ -282,11 +294,15 @@ impl Instance {
     /// Gives the module more steps, or says that it has had enough.
     fn refill(&mut self, least: u64, pace: &mut Pace, host: &mut dyn Host) -> Result<(), Stop> {
         let slice = match pace {
-            Pace::Steps(left) => {
+            Pace::Steps(left, until) => {
+                let stopped = |limit: String| {
+                    Stop::Trapped(format!("it ran for more than {limit}, and was stopped"))
+                };
                 if *left == 0 || *left < least {
-                    let steps = self.limits.steps;
-                    let line = format!("it ran for more than {steps} steps, and was stopped");
-                    return Err(Stop::Trapped(line));
+                    return Err(stopped(format!("{} steps", self.limits.steps)));
+                }
+                if Instant::now() >= *until {
+                    return Err(stopped(format!("{} s", self.limits.time.as_secs_f64())));
                 }
                 let slice = SLICE.max(least).min(*left);
                 *left -= slice;
@@ -304,7 +320,7 @@ impl Instance {
     }
 
     /// Takes the steps that a request costs.
-    fn charge(&mut self, bytes: usize) -> Result<(), Stop> {
+    pub(crate) fn charge(&mut self, bytes: usize) -> Result<(), Stop> {
         let left = self.store.get_fuel().map_err(|error| Stop::of(&error))?;
         let cost = REQUEST_STEPS + bytes as u64 / 16;
         self.store.set_fuel(left.saturating_sub(cost)).map_err(|error| Stop::of(&error))

@@ -10,6 +10,10 @@ const MAX_RECURSION: usize = 10_000;
 /// Most bytes of values on the stack of a call.
 const MAX_STACK_BYTES: usize = 4 << 20;
 
+/// Most variables of a function, which are cleared at each call of it for no more steps than those of a short one takes. Compilers
+/// need some hundreds.
+const MAX_VARIABLES: u64 = 2000;
+
 /// Modules that were compiled in this process.
 static COMPILED: AtomicUsize = AtomicUsize::new(0);
 
@@ -40,10 +44,8 @@ impl Module {
     /// # Errors
     /// Where it is no sound module, or needs an extension of WebAssembly that is not taken; says why.
     pub fn new(bytes: &[u8]) -> Result<Self, String> {
-        if has_bytes_of_no_function(bytes) {
-            return Err(
-                "its code cannot be run here: bytes of functions, and no function".to_owned()
-            );
+        if let Some(why) = code_that_is_not_taken(bytes) {
+            return Err(format!("its code cannot be run here: {why}"));
         }
         COMPILED.fetch_add(1, Ordering::Relaxed);
         let mut config = Config::default();
@@ -71,10 +73,19 @@ impl Module {
     }
 }
 
-/// Whether a section of code has bytes but no function: the interpreter divides the one by the other.
-fn has_bytes_of_no_function(bytes: &[u8]) -> bool {
-    Parser::new(0)
-        .parse_all(bytes)
-        .map_while(Result::ok)
-        .any(|payload| matches!(payload, Payload::CodeSectionStart { count: 0, size: 2.., .. }))
+/// Why code is not taken that the interpreter would take: bytes of functions and no function, by whose number it divides, and
+/// functions of very many variables. What else is wrong with a module the interpreter says.
+fn code_that_is_not_taken(bytes: &[u8]) -> Option<String> {
+    Parser::new(0).parse_all(bytes).map_while(Result::ok).find_map(|payload| match payload {
+        Payload::CodeSectionStart { count: 0, size: 2.., .. } => {
+            Some("bytes of functions, and no function".to_owned())
+        }
+        Payload::CodeSectionEntry(body) => {
+            let variables = body.get_locals_reader().into_iter().flatten().map_while(Result::ok);
+            let n: u64 = variables.map(|(n, _)| u64::from(n)).sum();
+            (n > MAX_VARIABLES)
+                .then(|| format!("a function has {n} variables, at most {MAX_VARIABLES} are taken"))
+        }
+        _ => None,
+    })
 }

@@ -6,7 +6,12 @@ use surfelshop_api::CloudView;
 use surfelshop_sandbox::{Host, Instance, Lent, Limits, Module, read};
 
 /// So that an input takes little time and memory, whatever it does.
-const LIMITS: Limits = Limits { memory: 16 << 20, steps: 1_000_000, grace: Duration::ZERO };
+const LIMITS: Limits = Limits {
+    memory: 16 << 20,
+    steps: 1_000_000,
+    time: Duration::from_secs(1),
+    grace: Duration::ZERO,
+};
 
 /// A host that takes everything and is asked to stop at once.
 struct Silent;

@@ -100,6 +100,25 @@ fn whatever_ends_the_process_is_one_line_of_the_command() {
     }
 }
 
+/// Invariant: what an isolated library starts besides ends with its process, so that nobody waits for it
+#[test]
+#[cfg(target_os = "linux")]
+fn what_an_isolated_library_starts_ends_with_it() {
+    let png = folder("isolated-fork.png");
+    let library = library("FORK", "started");
+    done(&render(&library, &png, &["--isolate", PACKAGE]));
+    let is_left = || {
+        let processes = fs::read_dir("/proc").unwrap().flatten();
+        let lines = processes.filter_map(|one| fs::read(one.path().join("cmdline")).ok());
+        lines.into_iter().any(|line| line.starts_with(b"rim-c-left"))
+    };
+    let started = Instant::now();
+    while is_left() && started.elapsed() < Duration::from_secs(20) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(!is_left(), "a process is left");
+}
+
 /// Invariant: where an isolated renderer is lost in the middle, other units of the same program go on and so does this one:
 /// its next frame is asked for in another process
 #[test]

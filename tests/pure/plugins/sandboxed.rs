@@ -1,12 +1,15 @@
 //! WebAssembly modules as plugins: found, judged and used like libraries, but nobody is asked.
 
-use crate::plugins::fixture::{PluginFolder, request, rival};
+use crate::plugins::fixture::{FAULTY, PluginFolder, faulty_bytes, request, rival};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::{HostInfo, UnitKind};
+use surfelshop_cloud::Formats as _;
 use surfelshop_runtime::boundary::Fault;
+use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::{
     LoadError, LoadedUnit, Origin, Place, Registry, SearchPath, State, Timeouts, Trust, TrustState,
 };
@@ -61,6 +64,14 @@ fn module(manifest: &[u8], frame: &str) -> Vec<u8> {
         text(manifest)
     );
     wat::parse_str(source).unwrap()
+}
+
+/// A stored module without its own manifest, whose section is the last, and with this one instead.
+fn forged(module: &[u8], text: &str) -> Vec<u8> {
+    let section = [&b"\x13surfelshop.manifest"[..], &manifest(text, [3, 0, 11, 0])].concat();
+    let at = module.windows(20).position(|bytes| bytes == b"\x13surfelshop.manifest").unwrap();
+    let head = [0, section.len() as u8 | 128, (section.len() >> 7) as u8];
+    [&module[..at - 3], &head, &section].concat()
 }
 
 /// A frame of a new instance.
@@ -126,6 +137,43 @@ fn a_module_takes_nobodys_place_unasked() {
     assert!(!registry.find(UnitKind::Renderer, "fine").unwrap().path.ends_with("z.wasm"));
 }
 
+/// Invariant: where the name of a unit or a type of files is another plugin's, a module that only lies in a folder stands
+/// back; one that is named on the command line does not
+#[test]
+fn a_module_takes_no_name_and_no_type_of_files_unasked() {
+    let folder = PluginFolder::new();
+    folder.put("a", &faulty_bytes());
+    let fine = "id\torg.example.z\nversion\t1.0.0\nrenderer\tfine\tFine\tAnother.\n";
+    put(&folder, "z.wasm", &module(&manifest(fine, [3, 0, 11, 0]), "i32.const 0"));
+    let takes =
+        "id\torg.example.y\nversion\t1.0.0\nformat\ty\tY\tTakes.\nending\ttriplets\nending\tmine\n";
+    let stored = fs::read(stored("xyzb.wasm")).unwrap();
+    put(&folder, "y.wasm", &forged(&stored, takes));
+    let registry = |named: &[&str]| {
+        let folders = vec![Place::new(folder.path(), Origin::UserFolder)];
+        let files = named.iter().map(|name| folder.path().join(name));
+        let files = files.map(|file| Place::new(&file, Origin::CommandLine)).collect();
+        Registry::scan(&SearchPath { folders, files, trust: Trust::everything() })
+    };
+    let unasked = registry(&[]);
+    let found = |registry: &Registry| registry.find(UnitKind::Renderer, "fine");
+    assert_eq!(found(&unasked).unwrap().package, FAULTY);
+    let names = unasked.names(UnitKind::Renderer);
+    for name in ["fine", "org.example.z/fine"] {
+        assert!(names.iter().any(|known| known == name), "{names:?}");
+    }
+    assert_eq!(unasked.find(UnitKind::Renderer, "org.example.z/fine").unwrap().id, "fine");
+    assert!(found(&registry(&["z.wasm"])).is_err(), "somebody asked for both");
+    let by_name = |registry: Registry, name: &str| {
+        PluginFormats::new(Arc::new(registry), Timeouts::default()).by_name(name, false)
+    };
+    let own = format!("{FAULTY}/triplets");
+    assert_eq!(by_name(registry(&[]), "a.triplets"), Some(own));
+    let its = Some("org.example.y/y".to_owned());
+    assert_eq!(by_name(registry(&[]), "a.mine"), its, "nobody else's");
+    assert_eq!(by_name(registry(&["y.wasm"]), "a.triplets"), its);
+}
+
 /// An endless loop of a frame ends after its steps, a few seconds at most, and nothing is left at work; the next
 /// frame of another plugin, and of the same one, is answered. Costs those seconds.
 #[test]
@@ -139,7 +187,10 @@ fn an_endless_frame_ends_and_the_next_of_another_is_good() {
     let (endless, rim) = (load("endless"), load("rim-c"));
     let started = Instant::now();
     let fault = frame(&endless).unwrap_err();
-    assert!(matches!(&fault, Fault::Panic(line) if line.contains("steps")), "{fault}");
+    assert!(
+        matches!(&fault, Fault::Panic(line) if line.contains("it ran for more than")),
+        "{fault}"
+    );
     assert!(started.elapsed() < Duration::from_secs(60), "{:?}", started.elapsed());
     let other = Instant::now();
     frame(&rim).unwrap();
@@ -192,12 +243,7 @@ fn forged_cut_and_foreign_modules_are_refused_unrun() {
     let folder = PluginFolder::new();
     let two = format!("{good}renderer\tother\tTitle\tSummary.\n");
     let rim = fs::read(stored("rim.wasm")).unwrap();
-    let section = [&b"\x13surfelshop.manifest"[..], &manifest(&two, [3, 0, 11, 0])].concat();
-    // The module without its own section, which is the last, and the forged one instead.
-    let at = rim.windows(20).position(|bytes| bytes == b"\x13surfelshop.manifest").unwrap();
-    let head =
-        [&rim[..at - 3], &[0, section.len() as u8 | 128, (section.len() >> 7) as u8]].concat();
-    put(&folder, "forged.wasm", &[head, section].concat());
+    put(&folder, "forged.wasm", &forged(&rim, &two));
     let registry = scanned(&folder);
     let unit = registry.find(UnitKind::Renderer, "other").unwrap();
     let line = registry.load(&unit).unwrap_err().to_string();

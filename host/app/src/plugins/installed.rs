@@ -9,7 +9,8 @@ use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{
-    self, Contents, Entry, Origin, Place, Registry, SearchPath, is_module, user_plugins_folder,
+    self, Contents, Entry, Origin, Place, Registry, SearchPath, State, is_module,
+    user_plugins_folder,
 };
 use surfelshop_session::output::{files, terminal};
 use surfelshop_session::plugin_facts::packed_with;
@@ -133,8 +134,26 @@ pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Re
         let units = manifest.units.iter().map(|unit| format!("{} {}", unit.kind.word(), unit.id));
         let units = units.collect::<Vec<_>>().join(", ");
         terminal::line(format!("{}: {units}\n  file      {}", named(&manifest), file.display()))?;
+        if let Some(by) = shadowed(&file, arguments)? {
+            terminal::line(format!(
+                "  not used  {} has the same package; `--plugin {}` uses this one",
+                by.display(),
+                file.display()
+            ))?;
+        }
     }
     Ok(())
+}
+
+/// The plugin of the same package that is used instead of one in the user's folder.
+fn shadowed(file: &Path, arguments: &PluginsArguments) -> anyhow::Result<Option<PathBuf>> {
+    let list = TrustFile::named(arguments.trust_file.as_deref())?;
+    let registry = Registry::scan(&SearchPath::standard(Vec::new(), list.trust()));
+    let entry = registry.entries().iter().find(|entry| entry.path == file);
+    Ok(entry.and_then(|entry| match &entry.state {
+        State::Shadowed { by, .. } => Some(by.clone()),
+        _ => None,
+    }))
 }
 
 /// Removes plugins from the user's folder.

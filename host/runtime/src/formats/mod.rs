@@ -177,11 +177,16 @@ impl PluginFormats {
         self.loaded.lock().unwrap_or_else(PoisonError::into_inner).len()
     }
 
-    /// All formats, each as people type it, with the files it recognises; later ones take precedence.
+    /// All formats, each as people type it, with the files it recognises; later ones take precedence. Those that nobody
+    /// asked for come first: they take no other one's files.
     fn known(&self) -> impl Iterator<Item = (String, &Recognition)> {
-        self.registry
-            .units(UnitKind::Format)
-            .map(|(_, manifest, unit)| (format!("{}/{}", manifest.id, unit.id), &unit.files))
+        let of = |asked: bool| {
+            self.registry
+                .units(UnitKind::Format)
+                .filter(move |(entry, ..)| entry.trust.is_asked_for(entry.origin) == asked)
+                .map(|(_, manifest, unit)| (format!("{}/{}", manifest.id, unit.id), &unit.files))
+        };
+        of(false).chain(of(true))
     }
 
     /// The names of all formats that can be loaded, as they are typed.

@@ -3,7 +3,10 @@
 use super::message::{ARGUMENT, CUT};
 use super::wire::Wire;
 use crate::boundary::Fault;
-use crate::plugins::on_own_thread;
+use crate::plugins::{leave, on_own_thread};
+use rustix::process::{
+    Pid, Signal, WaitId, WaitIdOptions, getpgrp, getpid, kill_process_group, waitid,
+};
 use std::io;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -95,10 +98,9 @@ impl Drop for Process {
         let Some(mut child) = self.child.take() else { return };
         self.wire.close();
         // Its library has a moment to end its instance, for which nobody waits.
-        let ended = on_own_thread(move || {
-            if ended_within(&mut child, TO_END).is_none() {
-                kill(&mut child);
-            }
+        let ended = on_own_thread(move || match ended_within(&mut child, TO_END) {
+            Some(_) => end_group(&child),
+            None => kill(&mut child),
         });
         if let Err(fault) = ended {
             tracing::debug!(%fault, "a process ends by itself");
@@ -106,20 +108,58 @@ impl Drop for Process {
     }
 }
 
+/// Ends it, and what it started.
 fn kill(child: &mut Child) {
+    end_group(child);
     // Both fail only where it has ended.
     drop(child.kill());
     drop(child.wait());
 }
 
+fn pid_of(child: &Child) -> Option<Pid> {
+    i32::try_from(child.id()).ok().and_then(Pid::from_raw)
+}
+
+/// Ends the group that a process began with itself, which must not have been waited for: its number may be another
+/// one's after that.
+fn end_group(child: &Child) {
+    if let Some(group) = pid_of(child)
+        && let Err(error) = kill_process_group(group, Signal::KILL)
+    {
+        tracing::debug!(%error, "nothing is left of a process");
+    }
+}
+
+/// Ends this process, whose program is gone, and what its library started.
+pub(super) fn leave_with_all() -> ! {
+    let own = getpid();
+    // Which it is where the program began it.
+    if getpgrp() == own
+        && let Err(error) = kill_process_group(own, Signal::KILL)
+    {
+        tracing::debug!(%error, "a process ends alone");
+    }
+    leave(0)
+}
+
+/// Whether it ended; it can still be waited for.
+fn has_ended(child: &Child) -> bool {
+    let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+    pid_of(child).is_some_and(|pid| matches!(waitid(WaitId::Pid(pid), options), Ok(Some(_))))
+}
+
+/// How it ended, within a time; what it started ends with it.
 fn ended_within(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
     let started = Instant::now();
     loop {
-        match child.try_wait() {
-            Ok(Some(status)) => return Some(status),
-            Ok(None) if started.elapsed() < limit => sleep(Duration::from_millis(2)),
-            Ok(None) | Err(_) => return None,
+        if has_ended(child) {
+            end_group(child);
+            return child.wait().ok();
         }
+        if started.elapsed() >= limit {
+            return None;
+        }
+        sleep(Duration::from_millis(2));
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::clouds::{CloudHead, bytes};
 use super::message::{Ask, CUT, Reply};
+use super::process::leave_with_all;
 use super::wire::{Message, Part, Wire};
 use crate::plugins::leave;
 use rayon::prelude::*;
@@ -61,7 +62,7 @@ impl Program {
     /// The next order; ends the process where there will be none.
     pub(super) fn order(&self) -> Message {
         self.is_cancelled.store(false, Ordering::Relaxed);
-        self.wire().receive(&mut forever).unwrap_or_else(|_gone| leave(0))
+        self.wire().receive(&mut forever).unwrap_or_else(|_gone| leave_with_all())
     }
 
     /// Tells something that nobody answers.

@@ -2,6 +2,7 @@
 
 use super::clouds::CloudHead;
 use super::message::{Ask, Order, Outcome};
+use super::process::leave_with_all;
 use super::remote::{Program, RemoteSink, RemoteSource};
 use super::wire::{Message, Part, Wire};
 use crate::boundary::{Fault, Instance, Outputs, Plugin, TileCall};
@@ -34,7 +35,7 @@ pub fn serve() -> io::Result<Infallible> {
         loop {
             std::thread::sleep(LOOK);
             if parent_id() != parent {
-                leave(0);
+                leave_with_all();
             }
         }
     })?;

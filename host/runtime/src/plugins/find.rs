@@ -108,12 +108,13 @@ pub enum FindError {
 }
 
 impl Registry {
-    /// Finds a unit by its id, or by package and id as in `org.example.mine/flat`.
+    /// Finds a unit by its id, or by package and id as in `org.example.mine/flat`. Where several have the id, those that
+    /// nobody asked for stand back.
     ///
     /// # Errors
     /// Where there is no such unit or there are several; the message lists what there is.
     pub fn find(&self, kind: UnitKind, name: &str) -> Result<UnitRef, FindError> {
-        let mut found: Vec<UnitRef> = self.matching(kind, name).collect();
+        let mut found = self.preferred(kind, name);
         match found.len() {
             1 => Ok(found.remove(0)),
             0 => Err(self.unknown(kind, name)),
@@ -142,10 +143,17 @@ impl Registry {
     }
 
     fn shortest(&self, kind: UnitKind, package: &str, id: &str) -> String {
-        match self.matching(kind, id).count() {
-            1 => id.to_owned(),
+        match &self.preferred(kind, id)[..] {
+            [only] if only.package == package => id.to_owned(),
             _ => format!("{package}/{id}"),
         }
+    }
+
+    /// Units of a name: those that somebody asked for, and all where there is none.
+    fn preferred(&self, kind: UnitKind, name: &str) -> Vec<UnitRef> {
+        let (asked, others): (Vec<_>, Vec<_>) =
+            self.matching(kind, name).partition(|unit| unit.found.is_asked_for(unit.origin));
+        if asked.is_empty() { others } else { asked }
     }
 
     fn matching(&self, kind: UnitKind, name: &str) -> impl Iterator<Item = UnitRef> {

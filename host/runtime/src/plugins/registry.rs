@@ -220,14 +220,9 @@ fn judged(
     (trust, bytes.and_then(|bytes| inspect_bytes(&bytes)))
 }
 
-/// Leaves one available entry per package id: the last that somebody said yes to, or that was named on the command
-/// line, and where there is none the last. A file that only lies in a folder takes nobody's place unasked, not even
-/// a module that may run unasked.
+/// Leaves one available entry per package id: the last that somebody asked for, and where there is none the last.
 fn shadow_duplicates(entries: &mut [Entry]) {
-    let counts = |entry: &Entry| {
-        let asked = !matches!(entry.trust, TrustState::New | TrustState::Sandboxed);
-        asked || entry.origin == Origin::CommandLine
-    };
+    let counts = |entry: &Entry| entry.trust.is_asked_for(entry.origin);
     let mut used: BTreeMap<String, (usize, PathBuf)> = BTreeMap::new();
     for (i, entry) in entries.iter().enumerate() {
         let Some(manifest) = entry.available() else { continue };

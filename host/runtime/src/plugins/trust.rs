@@ -51,6 +51,14 @@ pub enum TrustState {
     New,
 }
 
+impl TrustState {
+    /// Whether somebody asked for a plugin: by saying yes to it, or by naming it. One that only lies in a folder takes no
+    /// other one's package, name or file type, not even a module that may run unasked.
+    pub(crate) fn is_asked_for(self, origin: Origin) -> bool {
+        !matches!(self, Self::New | Self::Sandboxed) || origin == Origin::CommandLine
+    }
+}
+
 impl Trust {
     /// Trust in everything that is found.
     #[must_use]

@@ -231,6 +231,59 @@ fn a_loop_of_requests_ends() {
     assert!(started.elapsed() < Duration::from_secs(10), "{:?}", started.elapsed());
 }
 
+/// Steps that take long, 1 MB filled by each: the time ends the call. Costs a fifth of a second.
+#[test]
+fn long_steps_end_after_their_time() {
+    let limits = Limits { steps: u64::MAX, time: Duration::from_millis(200), ..LIMITS };
+    let filling = module(
+        "(func $frame (param i32 i32 i32) (result i32)
+            (drop (memory.grow (i32.const 32)))
+            (loop (memory.fill (i32.const 65536) (i32.const 1) (i32.const 1000000)) (br 0))
+            i32.const 0)",
+    );
+    let mut instance = Instance::new(&Module::new(&filling).unwrap(), limits).unwrap();
+    let started = Instant::now();
+    instance.create(0, b"", &mut Noted::default()).unwrap();
+    let line = instance.frame(b"", &mut Noted::default()).unwrap_err().to_string();
+    assert_eq!(line, "it ran for more than 0.2 s, and was stopped");
+    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
+}
+
+/// A loop that the host runs costs steps, however little the module does in it. Costs a tenth of a second.
+#[test]
+fn a_loop_of_the_hosts_ends() {
+    // A frame is lent no loops, but can find them beside the function that its sink names.
+    let line = stopped(
+        "(type $parallel (func (param i32 i32 f64 f64 i32 i32) (result i32)))
+        (elem (i32.const 7) $body)
+        (func $body (param i32 i32 i32))
+        (func $frame (param i32 i32 i32) (result i32)
+            (call_indirect (type $parallel) (i32.const 0) (i32.const -1) (f64.const 0) (f64.const 1)
+                (i32.const 7) (i32.const 0) (i32.add (i32.load offset=4 (local.get 2)) (i32.const 4))))",
+    );
+    assert_eq!(line, "it ran for more than 20000000 steps, and was stopped");
+}
+
+/// A call clears all variables of its function, for the steps of a short one.
+#[test]
+fn functions_of_very_many_variables_are_refused() {
+    let with = |n: usize| module(&format!("(func $many (local {}))", "i64 ".repeat(n)));
+    assert!(Module::new(&with(2000)).is_ok());
+    let line = Module::new(&with(2001)).unwrap_err();
+    assert!(line.contains("a function has 2001 variables, at most 2000 are taken"), "{line}");
+}
+
+/// What a module starts with has fewer steps than a call, since nobody can end it before.
+#[test]
+fn starting_is_short() {
+    let start = module("(func $first (loop (br 0))) (start $first)");
+    let limits = Limits { steps: u64::MAX, ..LIMITS };
+    let started = Instant::now();
+    let line = Instance::new(&Module::new(&start).unwrap(), limits).unwrap_err().to_string();
+    assert!(line.contains("more steps"), "{line}");
+    assert!(started.elapsed() < Duration::from_secs(5), "{:?}", started.elapsed());
+}
+
 /// What one module does is nothing to the next one, nor to another instance of the same.
 #[test]
 fn another_instance_goes_on() {

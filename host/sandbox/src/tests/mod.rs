@@ -93,8 +93,12 @@ fn module(functions: &str) -> Vec<u8> {
 }
 
 /// Less than the default, so that the tests are quick.
-const LIMITS: Limits =
-    Limits { memory: 16 << 20, steps: 20_000_000, grace: Duration::from_millis(200) };
+const LIMITS: Limits = Limits {
+    memory: 16 << 20,
+    steps: 20_000_000,
+    time: Duration::from_secs(4),
+    grace: Duration::from_millis(200),
+};
 
 fn instance(functions: &str) -> Instance {
     Instance::new(&Module::new(&module(functions)).unwrap(), LIMITS).unwrap()

@@ -1,5 +1,6 @@
 //! What is opened: clouds, scenes, environment maps, the sample.
 
+pub mod bare_land;
 pub mod budget;
 pub mod clouds;
 pub mod displayed;

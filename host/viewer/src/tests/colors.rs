@@ -2,6 +2,7 @@
 
 use super::scenes::n_pixels_unlike_rendered;
 use super::{SAMPLE, Screen, built_plugins};
+use crate::ViewerArguments;
 use crate::document::{generations, undo};
 use egui_kittest::kittest::Queryable as _;
 use surfelshop_cloud::display::{
@@ -9,6 +10,8 @@ use surfelshop_cloud::display::{
     RangeEnd,
 };
 use surfelshop_cloud::scene::Axis;
+use surfelshop_session::options::colors::ColorArguments;
+use surfelshop_session::options::{DeviceArguments, UpAxis};
 
 fn above(height: f64) -> Filter {
     let test = FilterTest::Range([height, f64::INFINITY]);
@@ -67,6 +70,59 @@ fn the_upward_axis_of_a_scene_is_read_and_written() {
     let saved = std::fs::read_to_string(&scene).unwrap();
     assert!(saved.contains("up = \"z\"\n") && saved.contains("by = \"height\""), "{saved}");
     assert_eq!(n_pixels_unlike_rendered(&mut screen, &scene, built_plugins()), 0);
+}
+
+/// 1,600 points of a hill on a square of 40; where `colored`, with colours.
+fn hill(colored: bool) -> String {
+    let kind = if colored {
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+    } else {
+        ""
+    };
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 1600\nproperty float x\nproperty float y\nproperty float z\n{kind}end_header\n"
+    );
+    for i in 0..1600 {
+        let (x, y) = (f64::from(i % 40), f64::from(i / 40));
+        let z = 4.0 * (-((x - 20.0).powi(2) + (y - 20.0).powi(2)) / 100.0).exp();
+        let color = if colored { " 9 99 199" } else { "" };
+        text += &format!("{x} {y} {z}{color}\n");
+    }
+    text
+}
+
+/// Invariant: land without colours is coloured by height when it is opened, unless something else was asked for
+#[test]
+fn bare_land_is_coloured_by_height() {
+    let folder = tempfile::tempdir().unwrap();
+    let [bare, colored] = [false, true].map(|colored| {
+        let file = folder.path().join(format!("{colored}.ply"));
+        std::fs::write(&file, hill(colored)).unwrap();
+        file
+    });
+    let opened = |file: &std::path::Path, up: UpAxis, colors: ColorArguments| {
+        let files = vec![file.to_owned()];
+        let arguments = ViewerArguments {
+            memory: None,
+            in_place: false,
+            colors,
+            files,
+            up,
+            plugins: built_plugins(),
+            device: DeviceArguments::default(),
+        };
+        let mut screen = Screen::with(&arguments);
+        screen.settle();
+        assert!(!screen.window().may_undo());
+        screen.window().settings.color.by.clone()
+    };
+    let height = by_height().by;
+    let usual = ColorArguments::default;
+    assert_eq!(opened(&bare, UpAxis::Z, usual()), height);
+    assert_eq!(opened(&bare, UpAxis::Y, usual()), ColorBy::File, "a model");
+    assert_eq!(opened(&colored, UpAxis::Z, usual()), ColorBy::File);
+    let normal = ColorArguments { color_by: Some(ColorBy::Normal), ..usual() };
+    assert_eq!(opened(&bare, UpAxis::Z, normal), ColorBy::Normal);
 }
 
 #[test]

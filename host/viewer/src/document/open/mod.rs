@@ -22,10 +22,11 @@ use std::path::PathBuf;
 use surfelshop_api::SurfaceSettings;
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::display::{ColorSource, Display, Look};
+use surfelshop_cloud::display::{Attribute, ColorBy, ColorSource, Display, Look};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
 use surfelshop_runtime::plugins::has_library_extension;
 use surfelshop_session::cloud_renderers;
+use surfelshop_session::input::bare_land::is_bare_land;
 use surfelshop_session::input::clouds;
 use surfelshop_session::input::environment_map::is_probe;
 use surfelshop_session::input::inside::is_first_view;
@@ -202,6 +203,9 @@ impl Window {
         self.list_recent(&files);
         let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
         self.document.files = files.into_iter().filter(is_cloud).collect();
+        if scene.is_none() && !previewed {
+            self.color_bare_land();
+        }
         if let Some(opened) = scene {
             let mut file = opened.scene;
             file.clouds.extend(self.document.files.iter().map(|file| {
@@ -248,6 +252,18 @@ impl Window {
         if settings.splats.look != Look::Surface {
             settings.splats.look = Look::Surface;
             settings.scene.surface.low_pass = SurfaceSettings::default().low_pass;
+        }
+    }
+
+    /// Colours clouds by height that are land without colours, unless somebody chose something else.
+    fn color_bare_land(&mut self) {
+        let up = self.document.up.axis();
+        let shown = self.document.clouds.as_ref();
+        if self.settings.color == ColorSource::default()
+            && shown.is_some_and(|shown| is_bare_land(&shown.clouds, up))
+        {
+            self.settings.color.by = ColorBy::Attribute(Attribute::Height);
+            self.messages.report("coloured by height, since these points have no colours");
         }
     }
 
