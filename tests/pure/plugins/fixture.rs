@@ -22,6 +22,11 @@ pub(crate) fn faulty() -> PathBuf {
     built("faulty")
 }
 
+/// A library of formats, of which `triplets` is without fault.
+pub(crate) fn formats() -> PathBuf {
+    built("formats")
+}
+
 /// A library whose one unit `fine` is without fault.
 pub(crate) fn rival() -> PathBuf {
     built("rival")

@@ -1,6 +1,6 @@
 //! WebAssembly modules as plugins: found, judged and used like libraries, but nobody is asked.
 
-use crate::plugins::fixture::{FAULTY, PluginFolder, faulty_bytes, request, rival};
+use crate::plugins::fixture::{FAULTY, PluginFolder, faulty_bytes, formats, request, rival};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -143,6 +143,7 @@ fn a_module_takes_nobodys_place_unasked() {
 fn a_module_takes_no_name_and_no_type_of_files_unasked() {
     let folder = PluginFolder::new();
     folder.put("a", &faulty_bytes());
+    folder.put("b", &fs::read(formats()).unwrap());
     let fine = "id\torg.example.z\nversion\t1.0.0\nrenderer\tfine\tFine\tAnother.\n";
     put(&folder, "z.wasm", &module(&manifest(fine, [3, 0, 11, 0]), "i32.const 0"));
     let takes =
@@ -167,7 +168,7 @@ fn a_module_takes_no_name_and_no_type_of_files_unasked() {
     let by_name = |registry: Registry, name: &str| {
         PluginFormats::new(Arc::new(registry), Timeouts::default()).by_name(name, false)
     };
-    let own = format!("{FAULTY}/triplets");
+    let own = "org.surfelshop.test.formats/triplets".to_owned();
     assert_eq!(by_name(registry(&[]), "a.triplets"), Some(own));
     let its = Some("org.example.y/y".to_owned());
     assert_eq!(by_name(registry(&[]), "a.mine"), its, "nobody else's");

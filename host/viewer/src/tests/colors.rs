@@ -113,7 +113,6 @@ fn bare_land_is_coloured_by_height() {
         };
         let mut screen = Screen::with(&arguments);
         screen.settle();
-        assert!(!screen.window().may_undo());
         screen.window().settings.color.by.clone()
     };
     let height = by_height().by;
