@@ -26,7 +26,7 @@ const MAX_NESTED: u32 = 4;
 /// What a call of the host costs, in steps: about as long as the module's own code takes for as many.
 const REQUEST_STEPS: u64 = 500;
 /// Most steps of setting memory aside.
-const ALLOC_STEPS: u64 = 100_000_000;
+const ALLOC_STEPS: u64 = 30_000_000;
 /// The function of a module that sets memory aside, which is called where there is one. Some allocators take all of
 /// the memory that is there when they are first asked.
 const ALLOC: &str = "surfelshop_alloc";
@@ -41,7 +41,7 @@ pub struct Limits {
     /// Most steps of a call that no job goes with: of describing itself, making an instance and describing a
     /// frame, each. A step is about an instruction. Jobs run until they end or are asked to stop.
     pub steps: u64,
-    /// How long such a call may take: some steps are longer than others. Less than the host waits for it.
+    /// How long such a call may take: some steps are longer than others.
     pub time: Duration,
     /// How long a job may go on once it was asked to stop.
     pub grace: Duration,
@@ -116,9 +116,14 @@ impl Instance {
             .build();
         let mut store = Store::new(module.engine(), bounds);
         store.limiter(|bounds| bounds);
-        store.set_fuel(limits.steps.min(START_STEPS)).map_err(|error| Stop::of(&error))?;
+        store.set_fuel(START_STEPS).map_err(|error| Stop::of(&error))?;
         let made = Linker::new(module.engine()).instantiate_and_start(&mut store, module);
-        let made = made.map_err(|error| Stop::of(&error))?;
+        let made = made.map_err(|error| match error.as_trap_code() {
+            Some(TrapCode::OutOfFuel) => Stop::Trapped(format!(
+                "it ran for more than {START_STEPS} steps before anything was called"
+            )),
+            _ => Stop::of(&error),
+        })?;
         let lacks = |name: &str| Stop::misbehaved(format!("it does not export `{name}`"));
         let memory = made.get_memory(&store, MEMORY).ok_or_else(|| lacks(MEMORY))?;
         let table = made.get_table(&store, FUNCTIONS).ok_or_else(|| lacks(FUNCTIONS))?;

@@ -10,8 +10,7 @@ const MAX_RECURSION: usize = 10_000;
 /// Most bytes of values on the stack of a call.
 const MAX_STACK_BYTES: usize = 4 << 20;
 
-/// Most variables of a function, which are cleared at each call of it for no more steps than those of a short one takes. Compilers
-/// need some hundreds.
+/// Most variables of a function: clearing them at each call costs no steps. Compilers need some hundreds.
 const MAX_VARIABLES: u64 = 2000;
 
 /// Modules that were compiled in this process.

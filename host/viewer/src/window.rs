@@ -81,7 +81,9 @@ impl Window {
         let file = whole(file);
         let units = self.plugins.registry.units(UnitKind::Renderer);
         let own = units.filter(|(entry, ..)| whole(&entry.path) == file);
-        let names: Vec<String> = own.map(|(_, _, unit)| unit.id.clone()).collect();
+        let registry = &self.plugins.registry;
+        let names: Vec<String> =
+            own.map(|(entry, manifest, unit)| registry.name(&entry.unit(manifest, unit))).collect();
         if let ([name], Some(pane)) = (&names[..], self.settings.panes.first_mut()) {
             pane.renderers[0].clone_from(name);
         }
@@ -98,12 +100,7 @@ impl Window {
         let registry = &self.plugins.registry;
         let shown = self.document.clouds.as_ref().map(|shown| &shown.clouds.facts.clouds);
         let suits = |name: &String| shown.is_none_or(|clouds| registry.suits(name, clouds));
-        let units = registry.units(UnitKind::Renderer);
-        let names = units.map(|(_, _, unit)| unit.id.clone());
-        let mut names: Vec<String> = names.filter(suits).collect();
-        names.sort();
-        names.dedup();
-        names
+        registry.names(UnitKind::Renderer).into_iter().filter(suits).collect()
     }
 
     /// The names of all that draws in views: renderers, and tracers behind them.

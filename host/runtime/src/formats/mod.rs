@@ -180,13 +180,15 @@ impl PluginFormats {
     /// All formats, each as people type it, with the files it recognises; later ones take precedence. Those that nobody
     /// asked for come first: they take no other one's files.
     fn known(&self) -> impl Iterator<Item = (String, &Recognition)> {
-        let of = |asked: bool| {
-            self.registry
-                .units(UnitKind::Format)
-                .filter(move |(entry, ..)| entry.trust.is_asked_for(entry.origin) == asked)
-                .map(|(_, manifest, unit)| (format!("{}/{}", manifest.id, unit.id), &unit.files))
-        };
-        of(false).chain(of(true))
+        self.known_if(false).chain(self.known_if(true))
+    }
+
+    /// Those that somebody asked for, or the others.
+    fn known_if(&self, asked: bool) -> impl Iterator<Item = (String, &Recognition)> {
+        self.registry
+            .units(UnitKind::Format)
+            .filter(move |(entry, ..)| entry.trust.is_asked_for(entry.origin) == asked)
+            .map(|(_, manifest, unit)| (format!("{}/{}", manifest.id, unit.id), &unit.files))
     }
 
     /// The names of all formats that can be loaded, as they are typed.
@@ -267,7 +269,9 @@ fn line(unit: &LoadedUnit, fault: &Fault) -> String {
 
 impl Formats for PluginFormats {
     fn by_bytes(&self, head: &[u8]) -> Option<String> {
-        self.known().filter(|(_, files)| files.knows_bytes(head)).last().map(|(id, _)| id)
+        // Names come after bytes: here one that nobody asked for would take files from those known by name.
+        let asked = self.known_if(true);
+        asked.filter(|(_, files)| files.knows_bytes(head)).last().map(|(id, _)| id)
     }
 
     fn by_name(&self, name: &str, written: bool) -> Option<String> {

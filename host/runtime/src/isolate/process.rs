@@ -4,6 +4,7 @@ use super::message::{ARGUMENT, CUT};
 use super::wire::Wire;
 use crate::boundary::Fault;
 use crate::plugins::{leave, on_own_thread};
+use rustix::io::Errno;
 use rustix::process::{
     Pid, Signal, WaitId, WaitIdOptions, getpgrp, getpid, kill_process_group, waitid,
 };
@@ -98,9 +99,10 @@ impl Drop for Process {
         let Some(mut child) = self.child.take() else { return };
         self.wire.close();
         // Its library has a moment to end its instance, for which nobody waits.
-        let ended = on_own_thread(move || match ended_within(&mut child, TO_END) {
-            Some(_) => end_group(&child),
-            None => kill(&mut child),
+        let ended = on_own_thread(move || {
+            if ended_within(&mut child, TO_END).is_none() {
+                kill(&mut child);
+            }
         });
         if let Err(fault) = ended {
             tracing::debug!(%fault, "a process ends by itself");
@@ -133,7 +135,7 @@ fn end_group(child: &Child) {
 /// Ends this process, whose program is gone, and what its library started.
 pub(super) fn leave_with_all() -> ! {
     let own = getpid();
-    // Which it is where the program began it.
+    // It leads its group where the program started it.
     if getpgrp() == own
         && let Err(error) = kill_process_group(own, Signal::KILL)
     {
@@ -142,24 +144,32 @@ pub(super) fn leave_with_all() -> ! {
     leave(0)
 }
 
-/// Whether it ended; it can still be waited for.
-fn has_ended(child: &Child) -> bool {
+/// Whether it ended, so that it can still be waited for; an error where there is no such process, as where the system
+/// waits for those of this program itself.
+fn has_ended(child: &Child) -> rustix::io::Result<bool> {
     let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
-    pid_of(child).is_some_and(|pid| matches!(waitid(WaitId::Pid(pid), options), Ok(Some(_))))
+    let pid = pid_of(child).ok_or(Errno::CHILD)?;
+    match waitid(WaitId::Pid(pid), options) {
+        Err(Errno::INTR) => Ok(false),
+        found => found.map(|status| status.is_some()),
+    }
 }
 
 /// How it ended, within a time; what it started ends with it.
 fn ended_within(child: &mut Child, limit: Duration) -> Option<ExitStatus> {
     let started = Instant::now();
     loop {
-        if has_ended(child) {
-            end_group(child);
-            return child.wait().ok();
+        match has_ended(child) {
+            Ok(true) => end_group(child),
+            Ok(false) if started.elapsed() < limit => {
+                sleep(Duration::from_millis(2));
+                continue;
+            }
+            Ok(false) => return None,
+            // Its number may be another one's.
+            Err(_gone) => {}
         }
-        if started.elapsed() >= limit {
-            return None;
-        }
-        sleep(Duration::from_millis(2));
+        return Some(child.wait().unwrap_or_default());
     }
 }
 

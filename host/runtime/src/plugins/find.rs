@@ -108,8 +108,8 @@ pub enum FindError {
 }
 
 impl Registry {
-    /// Finds a unit by its id, or by package and id as in `org.example.mine/flat`. Where several have the id, those that
-    /// nobody asked for stand back.
+    /// Finds a unit by its id, or by package and id as in `org.example.mine/flat`. Where several have the id, those
+    /// named on the command line come first, and those that nobody asked for last.
     ///
     /// # Errors
     /// Where there is no such unit or there are several; the message lists what there is.
@@ -149,11 +149,13 @@ impl Registry {
         }
     }
 
-    /// Units of a name: those that somebody asked for, and all where there is none.
+    /// Those units of a name that come before all others of it.
     fn preferred(&self, kind: UnitKind, name: &str) -> Vec<UnitRef> {
-        let (asked, others): (Vec<_>, Vec<_>) =
-            self.matching(kind, name).partition(|unit| unit.found.is_asked_for(unit.origin));
-        if asked.is_empty() { others } else { asked }
+        let rank = |unit: &UnitRef| unit.found.rank(unit.origin);
+        let mut found: Vec<UnitRef> = self.matching(kind, name).collect();
+        let first = found.iter().map(rank).max();
+        found.retain(|unit| Some(rank(unit)) == first);
+        found
     }
 
     fn matching(&self, kind: UnitKind, name: &str) -> impl Iterator<Item = UnitRef> {

@@ -13,7 +13,7 @@ fn fits(unit: &UnitEntry, clouds: &[CloudInfo]) -> bool {
 
 impl Registry {
     /// The renderer for clouds that have columns which others do not read: the one that needs most of them, and the first
-    /// of equal ones. None of a file that nobody has trusted; `None` where there is none, and without a surfel.
+    /// of equal ones; those that nobody asked for stand back. None of a file that nobody has trusted; `None` where there is none, and without a surfel.
     #[must_use]
     pub fn suited(&self, clouds: &[CloudInfo]) -> Option<UnitRef> {
         if clouds.iter().all(|cloud| cloud.n_surfels == 0) {
@@ -24,7 +24,9 @@ impl Registry {
         let found: Vec<_> =
             renderers.filter(|(entry, _, unit)| !entry.asks_for_trust() && reads(unit)).collect();
         // The last of equal ones is the largest.
-        let best = found.into_iter().rev().max_by_key(|(_, _, unit)| unit.needs.len());
+        let best = found.into_iter().rev().max_by_key(|(entry, _, unit)| {
+            (entry.trust.is_asked_for(entry.origin), unit.needs.len())
+        });
         best.map(|(entry, manifest, unit)| entry.unit(manifest, unit))
     }
 

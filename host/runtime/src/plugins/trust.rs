@@ -52,10 +52,16 @@ pub enum TrustState {
 }
 
 impl TrustState {
-    /// Whether somebody asked for a plugin: by saying yes to it, or by naming it. One that only lies in a folder takes no
-    /// other one's package, name or file type, not even a module that may run unasked.
+    /// Whether somebody asked for a plugin: by saying yes to it, by naming it, or with the program itself. One that only lies
+    /// in a folder takes no other one's package, name or file type, not even a module that may run unasked.
     pub(crate) fn is_asked_for(self, origin: Origin) -> bool {
         !matches!(self, Self::New | Self::Sandboxed) || origin == Origin::CommandLine
+    }
+
+    /// Who comes before whom where several have a name: those named on the command line, those that somebody asked for
+    /// otherwise, and the others.
+    pub(crate) fn rank(self, origin: Origin) -> u8 {
+        u8::from(self.is_asked_for(origin)) + u8::from(origin == Origin::CommandLine)
     }
 }
 

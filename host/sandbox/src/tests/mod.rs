@@ -96,7 +96,7 @@ fn module(functions: &str) -> Vec<u8> {
 const LIMITS: Limits = Limits {
     memory: 16 << 20,
     steps: 20_000_000,
-    time: Duration::from_secs(4),
+    time: Duration::from_secs(60),
     grace: Duration::from_millis(200),
 };
 

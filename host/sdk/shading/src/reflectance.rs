@@ -74,7 +74,7 @@ fn even_on_disc(n: u32) -> Vec<[f64; 2]> {
 }
 
 /// The two integrals, sampled by the normals of microfacets that the eye sees at these points of
-/// the disc they look like; a mirror at roughness 0.
+/// the unit disc; a mirror at roughness 0.
 ///
 /// Source: Heitz 2018, "Sampling the GGX Distribution of Visible Normals".
 pub(crate) fn scale_and_bias(cosine: f64, roughness: f64, disc: &[[f64; 2]]) -> [f64; 2] {

@@ -7,7 +7,7 @@ use surfelshop_cloud::scene::Axis;
 
 /// Height over the side of a square of the same area, below which clouds are land: rooms and statues are higher.
 const FLAT: f64 = 0.25;
-/// Fewest surfels that are land.
+/// Fewer surfels are not taken for land.
 const FEWEST: u64 = 1000;
 
 /// Whether clouds are land without colours, by the axis that is up.

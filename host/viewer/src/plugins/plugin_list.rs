@@ -7,7 +7,7 @@ use crate::window::Window;
 use eframe::egui::{Grid, Image, Label, Role, ScrollArea, Ui, WidgetInfo, vec2};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, State, TrustState};
-use surfelshop_session::plugin_facts::{ISOLATED, author_of, licence, preview, trusted};
+use surfelshop_session::plugin_facts::{ISOLATED, author_of, licence, trusted};
 use surfelshop_session::trust_file::TrustFile;
 
 /// Digits of a SHA-256 that a row shows; the tooltip has all.
@@ -121,8 +121,7 @@ fn row(ui: &mut Ui, entry: &Entry, previews: &mut Previews) -> RowChoice {
 
 /// The picture that it was packed with, if there is one; larger under the pointer.
 fn picture(ui: &mut Ui, entry: &Entry, previews: &mut Previews) {
-    let Some(file) = preview(entry) else { return };
-    let Some(texture) = previews.of(ui.ctx(), entry.contents(), &file) else { return };
+    let Some(texture) = previews.of(ui.ctx(), entry) else { return };
     let [small, large] = PICTURE_SIDES.map(|side| Image::new(&texture).max_size(vec2(side, side)));
     let shown = ui.add(small);
     shown.widget_info(|| WidgetInfo::labeled(Role::Image, true, "preview"));

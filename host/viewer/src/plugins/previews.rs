@@ -1,47 +1,50 @@
 //! The pictures that plugins were packed with.
 
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
-use image::{DynamicImage, ImageDecoder as _, codecs::png::PngDecoder};
+use image::codecs::png::PngDecoder;
+use image::{DynamicImage, Limits};
 use std::collections::BTreeMap;
 use std::io::Cursor;
-use std::path::Path;
-use surfelshop_runtime::plugins::Contents;
+use surfelshop_runtime::plugins::{Contents, Entry};
 use surfelshop_session::output::files;
+use surfelshop_session::plugin_facts::preview;
 
 /// Most pixels of a side: four times that of the ones that `plugins pack` makes.
 const LARGEST_SIDE: u32 = 1024;
-/// Most bytes of the file: what its pixels take without compression, and some more.
+/// Most bytes of the file: what pixels of 8 bits take without compression, and some more.
 const LARGEST_FILE: u64 = 5 << 20;
+/// Most bytes that decoding sets aside: pixels of 16 bits, and what goes with them.
+const LARGEST_IN_MEMORY: u64 = 16 << 20;
 
 /// Those that were asked for; nothing where the file is no such picture.
 #[derive(Default)]
 pub(crate) struct Previews(BTreeMap<Contents, Option<TextureHandle>>);
 
 impl Previews {
-    /// The picture in a file, for a plugin of these contents.
-    pub(super) fn of(
-        &mut self,
-        ctx: &Context,
-        contents: Contents,
-        file: &Path,
-    ) -> Option<TextureHandle> {
+    /// The picture of a plugin, where it was packed with one.
+    pub(super) fn of(&mut self, ctx: &Context, entry: &Entry) -> Option<TextureHandle> {
         let load = || {
-            let bytes = files::read_short(file, LARGEST_FILE).ok()?;
+            let bytes = files::read_short(&preview(entry)?, LARGEST_FILE).ok()?;
             Some(ctx.load_texture("preview", decoded(&bytes)?, TextureOptions::LINEAR))
         };
-        self.0.entry(contents).or_insert_with(load).clone()
+        self.0.entry(entry.contents()).or_insert_with(load).clone()
+    }
+
+    /// Lets go of all, as where plugins were added or removed.
+    pub(crate) fn forget(&mut self) {
+        self.0.clear();
     }
 }
 
-/// The picture, which comes from a stranger: its size is looked at before its pixels are.
+/// The picture, which comes from a stranger: nothing larger than it may be is set aside for what it says of itself.
 fn decoded(bytes: &[u8]) -> Option<ColorImage> {
-    let decoder = PngDecoder::new(Cursor::new(bytes)).ok()?;
-    let (width, height) = decoder.dimensions();
-    if width.max(height) > LARGEST_SIDE {
-        return None;
-    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(LARGEST_SIDE);
+    limits.max_image_height = Some(LARGEST_SIDE);
+    limits.max_alloc = Some(LARGEST_IN_MEMORY);
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).ok()?;
     let picture = DynamicImage::from_decoder(decoder).ok()?.into_rgba8();
-    let size = [width as usize, height as usize];
+    let size = [picture.width() as usize, picture.height() as usize];
     Some(ColorImage::from_rgba_unmultiplied(size, picture.as_raw()))
 }
 

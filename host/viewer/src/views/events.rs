@@ -38,6 +38,7 @@ impl Window {
                 RenderEvent::Counters(counters) => self.render.counters = counters,
                 RenderEvent::Plugins(registry) => {
                     self.plugins.registry = registry;
+                    self.plugins.previews.forget();
                     self.plugins.tools.units.unload_all();
                     self.measure.units.unload_all();
                     self.measure.n_redrawn += 1;

@@ -203,7 +203,8 @@ impl Window {
         self.list_recent(&files);
         let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
         self.document.files = files.into_iter().filter(is_cloud).collect();
-        if scene.is_none() && !previewed {
+        let typed = self.document.typed_colors.as_ref();
+        if scene.is_none() && typed.is_none_or(|typed| typed.color_by.is_none()) {
             self.color_bare_land();
         }
         if let Some(opened) = scene {

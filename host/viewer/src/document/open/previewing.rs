@@ -29,7 +29,6 @@ impl Window {
             VisibleClouds::new(OpenClouds::read(clouds, &entries), radius_scale, revision);
         shown.frames = true;
         let former = self.document.clouds.replace(shown);
-        let is_first = self.document.preview.is_none();
         let moved = match self.document.preview.take() {
             Some(preview) => {
                 let moved = self.views.camera != preview.camera;
@@ -54,9 +53,6 @@ impl Window {
         };
         let files = self.file_names();
         self.document.up = self.up_of(&files).or_of(sources.iter());
-        if is_first {
-            self.color_bare_land();
-        }
         if !moved {
             self.look_first();
             if let Some(preview) = &mut self.document.preview {
