@@ -153,7 +153,7 @@ impl<'a> Surface<'a> {
     }
 
     /// The disc of a point that is of no surface.
-    pub(super) fn scattered(&self, place: usize, bench: &mut Bench) -> Cover {
+    fn scattered(&self, place: usize, bench: &mut Bench) -> Cover {
         let near = bench.close.nearest(self.neighbours.tree(), place, CELL_NEIGHBOURS);
         let near = &near[..near.len().min(SCATTERED)];
         let sum: f64 = near.iter().map(|close| close.distance()).sum();

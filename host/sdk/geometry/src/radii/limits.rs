@@ -1,7 +1,7 @@
 //! Limits of discs whose cells span empty space: at borders, at strays, and where the spacing changes.
 
 use super::covering::{Bench, CELL_NEIGHBOURS, COMPARED, Cover, Kind, Surface};
-use super::{PLANAR, median};
+use super::median;
 use crate::neighbours::{Found, Scratch, Shared};
 use crate::progress::{Cancelled, Progress, map_with, part, take_runs};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -86,15 +86,7 @@ fn middle(values: &(impl Iterator<Item = f32> + Clone)) -> Option<f32> {
 /// Planarity below which a disc has to be like those around it: there are plates among leaves, whose plane is chance.
 const ROUGH: f32 = 0.75;
 
-/// How many times the radius that a point of no surface has one that is just rough may have, and no more in between: what
-/// covers ground between the lines of a scanner needs four.
-const ROUGH_REACH: f64 = 4.0;
-
-/// How many times the median of those around the radius of a point of no surface may have: of a stray one above others too.
-const STRAY: f64 = 1.5;
-
-/// Limits the splats of what is no surface, or hardly one, to a few times the median of those around, and to where their
-/// own nearest are.
+/// Limits the splats of what is no surface, or hardly one, to a few times the median of those around.
 pub(super) fn limit_rough(
     surface: &Surface<'_>,
     cells: &mut [Cover],
@@ -103,19 +95,14 @@ pub(super) fn limit_rough(
     let is_rough = |place: &usize| surface.planarity(*place) < ROUGH;
     let rough: Vec<usize> = (0..cells.len()).filter(is_rough).collect();
     let cells_now = &*cells;
-    let bench = <(Scratch, Bench)>::default;
-    let limits = map_with(rough.len(), progress, bench, |(scratch, bench), i| {
+    let limits = map_with(rough.len(), progress, Scratch::default, |scratch, i| {
         let near = surface.neighbours.around(rough[i], COMPARED, scratch).iter();
-        let typical = median(near.map(|found| f64::from(cells_now[found.place as usize].radius())));
-        let flat = f64::from((surface.planarity(rough[i]) - PLANAR) / (ROUGH - PLANAR)).max(0.0);
-        let [reach, times] = [(1.0, ROUGH_REACH), (STRAY, OUTLIER)]
-            .map(|(rough, most)| rough + (most - rough) * flat);
-        let own = f64::from(surface.scattered(rough[i], bench).radius()) * reach;
-        typical.map_or(own, |typical| (times * typical).min(own))
+        median(near.map(|found| f64::from(cells_now[found.place as usize].radius())))
     })?;
-    for (&place, most) in rough.iter().zip(limits) {
+    for (&place, typical) in rough.iter().zip(limits) {
         let cell = &mut cells[place];
-        cell.set_radius(cell.radius().min(most as f32));
+        let most = typical.map_or(f32::INFINITY, |typical| (OUTLIER * typical) as f32);
+        cell.set_radius(cell.radius().min(most));
     }
     Ok(())
 }

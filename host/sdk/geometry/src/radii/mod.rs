@@ -33,9 +33,7 @@ pub const LONE_RADIUS: f32 = 0.01;
 /// Where `planarity` (one per position, as normals are estimated with; none where all are of surfaces) is less
 /// than [`PLANAR`] there is no surface to cover: the radius is half the mean distance of the four nearest, so that
 /// splats just touch, and up to one and a half times that distance just below the threshold, where it may be a
-/// rough surface. From there to 0.75 nothing is larger than 1.5 to
-/// 3 times the median of those around, nor than 1.5 to 6 times that distance, the more the flatter; below the threshold
-/// nothing is than 1.5 times either.
+/// rough surface. Where it is less than 0.75 nothing is larger than three times the median of those around.
 ///
 /// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
 /// positions get equal radii. A cloud of one distinct position gets [`LONE_RADIUS`], or four rounding
