@@ -324,7 +324,7 @@ impl Instance {
         self.store.set_fuel(slice).map_err(|error| Stop::of(&error))
     }
 
-    /// Takes the steps that a request costs.
+    /// Takes the steps that a request costs, at most those that the slice has left.
     pub(crate) fn charge(&mut self, bytes: usize) -> Result<(), Stop> {
         let left = self.store.get_fuel().map_err(|error| Stop::of(&error))?;
         let cost = REQUEST_STEPS + bytes as u64 / 16;

@@ -190,9 +190,13 @@ fn an_endless_frame_ends_and_the_next_of_another_is_good() {
     let (endless, rim) = (load("endless"), load("rim-c"));
     let started = Instant::now();
     let fault = frame(&endless).unwrap_err();
+    let Fault::Panic(line) = &fault else { panic!("{fault}") };
+    // A slow machine is at the time before it is at the steps.
     assert!(
-        matches!(&fault, Fault::Panic(line) if line.contains("it ran for more than")),
-        "{fault}"
+        ["1000000000 steps", "4 s"]
+            .map(|limit| format!("it ran for more than {limit}, and was stopped"))
+            .contains(line),
+        "{line}"
     );
     assert!(started.elapsed() < Duration::from_secs(60), "{:?}", started.elapsed());
     let other = Instant::now();

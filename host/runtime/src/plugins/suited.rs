@@ -13,7 +13,8 @@ fn fits(unit: &UnitEntry, clouds: &[CloudInfo]) -> bool {
 
 impl Registry {
     /// The renderer for clouds that have columns which others do not read: the one that needs most of them, and the first
-    /// of equal ones; those that nobody asked for stand back. None of a file that nobody has trusted; `None` where there is none, and without a surfel.
+    /// of equal ones; those that nobody asked for stand back. None of a file that nobody has trusted; `None` where there is
+    /// none, and without a surfel.
     #[must_use]
     pub fn suited(&self, clouds: &[CloudInfo]) -> Option<UnitRef> {
         if clouds.iter().all(|cloud| cloud.n_surfels == 0) {

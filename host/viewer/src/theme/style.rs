@@ -98,8 +98,7 @@ fn visuals(theme: Theme, tokens: &Tokens) -> Visuals {
     visuals.selection.stroke = line(tokens.on_accent);
     visuals.weak_text_color = Some(tokens.weak);
     visuals.hyperlink_color = tokens.link;
-    // Every second row of a table: buttons and boxes must be seen on it.
-    visuals.faint_bg_color = tokens.raised.lerp_to_gamma(tokens.button, 0.4);
+    visuals.faint_bg_color = tokens.second_row();
     visuals.extreme_bg_color = tokens.field;
     visuals.code_bg_color = tokens.field;
     visuals.warn_fg_color = tokens.warning;
