@@ -1,6 +1,6 @@
 //! What a scene does not need is left out, and that changes no bit of a picture.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 use surfelshop_api::graph::Output;
@@ -56,6 +56,11 @@ impl AblationImage {
 
     fn with(mut self, values: &[(&str, Value)]) -> Self {
         self.values = values.iter().map(|(id, value)| ((*id).to_owned(), value.clone())).collect();
+        self
+    }
+
+    fn lit_by(mut self, lights: Vec<Light>) -> Self {
+        self.scene.lights = lights;
         self
     }
 
@@ -137,7 +142,7 @@ fn what_is_left_out_changes_no_bit_where_it_is_kept() {
     let phong = [zero(&["specular", "ao-strength"]), vec![("lighting", text("phong"))]].concat();
     let lamp = Light::Directional {
         towards: DVec3::new(1.0, 1.0, 1.0),
-        radiance: glam::Vec3::ONE,
+        radiance: Vec3::ONE,
         follows_camera: false,
     };
     let mut lit = AblationImage::new(&full()).under(Probe::sky());
@@ -213,7 +218,7 @@ fn a_black_probe_is_no_probe() {
     let mut without = AblationImage::new(&full());
     without.scene.lights = vec![Light::Directional {
         towards: DVec3::new(0.3, 1.0, 0.6),
-        radiance: glam::Vec3::ONE,
+        radiance: Vec3::ONE,
         follows_camera: false,
     }];
     let black = || Probe::constant([0.0; 3]);
@@ -312,13 +317,20 @@ fn columns_come_with_what_reads_them_and_go_with_it() {
 /// While the shader for what a scene has is compiled, one that has more draws the same picture.
 #[test]
 fn a_shader_with_more_stands_in_while_its_own_is_compiled() {
+    // Lights of which the shader has code for all there is: the first that is made is then the one that
+    // stands in for all, and nothing else is made beside.
+    let image = || {
+        let lamp =
+            |x| Light::Point { position: DVec3::new(x, 2.0, 2.0), intensity: Vec3::splat(4.0) };
+        AblationImage::new(&full()).lit_by(vec![lamp(-2.0), lamp(2.0)])
+    };
     let mut engine = drawing(SurfelDrawing::Processor);
     engine.compile_beside(true);
     let mut renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
-    let shining = AblationImage::new(&full());
+    let shining = image();
     shining.draw(&mut engine, &mut renderer);
     let first = engine.counters().compiled.pipelines;
-    let matte = AblationImage::new(&full()).with(&[("specular", number(0.0))]);
+    let matte = image().with(&[("specular", number(0.0))]);
     let (stood_in, _) = matte.draw(&mut engine, &mut renderer);
     let started = Instant::now();
     while engine.counters().compiled.pipelines == first {
@@ -338,7 +350,7 @@ fn a_shader_with_more_stands_in_while_its_own_is_compiled() {
     let before = engine.counters().compiled.pipelines;
     let (shown, _) = shining.draw(&mut engine, &mut renderer);
     assert_eq!(engine.counters().compiled.pipelines, before + 1, "once, by whoever began");
-    let without_ao = AblationImage::new(&full()).with(&[("ao-strength", number(0.0))]);
+    let without_ao = image().with(&[("ao-strength", number(0.0))]);
     without_ao.draw(&mut engine, &mut renderer);
     let stood_in = engine.counters().compiled.pipelines;
     assert!(stood_in <= before + 2, "{stood_in}: it waits for nothing");
