@@ -7,13 +7,43 @@ use crate::level_of_detail::merge::Sample;
 use crate::level_of_detail::{self, Above};
 use fearless_simd::prelude::*;
 use half::f16;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Three numbers of each surfel, by groups.
 #[derive(Default)]
 pub(crate) struct Triples(Vec<[[f32; WIDTH]; 3]>);
 
+/// Groups that a thread fills at a time.
+const GROUPS: usize = 1 << 10;
+
+/// A value of each surfel in this order, by groups, made by all threads.
+fn ordered<T: Copy + Default + Send + Sync>(
+    order: &[u32],
+    put: impl Fn(&mut T, usize, usize) + Sync,
+) -> Vec<T> {
+    let mut groups = vec![T::default(); order.len().div_ceil(WIDTH)];
+    let each = groups.par_chunks_mut(GROUPS).zip(order.par_chunks(GROUPS * WIDTH));
+    each.for_each(|(groups, order)| {
+        for (group, order) in groups.iter_mut().zip(order.chunks(WIDTH)) {
+            for (lane, &i) in order.iter().enumerate() {
+                put(group, lane, i as usize);
+            }
+        }
+    });
+    groups
+}
+
 impl Triples {
+    fn ordered(order: &[u32], value: impl Fn(usize) -> [f32; 3] + Sync) -> Self {
+        let put = |group: &mut [[f32; WIDTH]; 3], lane: usize, i: usize| {
+            for (axis, x) in value(i).into_iter().enumerate() {
+                group[axis][lane] = x;
+            }
+        };
+        Self(ordered(order, put))
+    }
+
     fn push(&mut self, values: impl ExactSizeIterator<Item = [f32; 3]>) {
         let first = self.0.len();
         self.0.resize(first + values.len().div_ceil(WIDTH), [[0.0; WIDTH]; 3]);
@@ -41,6 +71,10 @@ impl Triples {
 pub(crate) struct Singles(Vec<[f32; WIDTH]>);
 
 impl Singles {
+    fn ordered(order: &[u32], value: impl Fn(usize) -> f32 + Sync) -> Self {
+        Self(ordered(order, |group: &mut [f32; WIDTH], lane, i| group[lane] = value(i)))
+    }
+
     fn push(&mut self, values: impl ExactSizeIterator<Item = f32>) {
         let first = self.0.len();
         self.0.resize(first + values.len().div_ceil(WIDTH), [0.0; WIDTH]);
@@ -148,9 +182,8 @@ pub fn radius_drawn(radius: f32, is_round: bool) -> f32 {
     if is_round { -radius } else { radius }
 }
 
-fn three(values: &[f32], i: u32) -> [f32; 3] {
-    let at = 3 * i as usize;
-    [values[at], values[at + 1], values[at + 2]]
+fn three(values: &[f32], i: usize) -> [f32; 3] {
+    [values[3 * i], values[3 * i + 1], values[3 * i + 2]]
 }
 
 impl Columns {
@@ -167,33 +200,20 @@ impl Columns {
         linear_of_srgb: &[f32; 256],
         report: &(dyn Fn(f32) + Sync),
     ) -> Self {
-        let (mut positions, mut normals) = (Triples::default(), Triples::default());
-        positions.push(order.iter().map(|&i| three(sources.positions, i)));
+        let positions = Triples::ordered(&order, |i| three(sources.positions, i));
         report(0.15);
-        normals.push(order.iter().map(|&i| three(sources.normals, i)));
+        let normals = Triples::ordered(&order, |i| three(sources.normals, i));
         report(0.3);
         let shape = match sources.tangents {
             Some(axes) => {
-                let [u, v] = axes.map(|axis| {
-                    let mut triples = Triples::default();
-                    triples.push(order.iter().map(|&i| three(axis, i)));
-                    triples
-                });
+                let [u, v] = axes.map(|axis| Triples::ordered(&order, |i| three(axis, i)));
                 Shape::Tangents(u, v)
             }
-            None => {
-                let mut radii = Singles::default();
-                let is_round = |i: usize| sources.round.is_some_and(|round| round[i] != 0);
-                let drawn = |i: usize| radius_drawn(sources.radii[i], is_round(i));
-                radii.push(order.iter().map(|&i| drawn(i as usize)));
-                Shape::Radius(radii)
-            }
+            None => Shape::Radius(Singles::ordered(&order, |i| {
+                radius_drawn(sources.radii[i], sources.round.is_some_and(|round| round[i] != 0))
+            })),
         };
-        let ao = sources.ao.map(|values| {
-            let mut ao = Singles::default();
-            ao.push(order.iter().map(|&i| values[i as usize]));
-            ao
-        });
+        let ao = sources.ao.map(|values| Singles::ordered(&order, |i| values[i]));
         let material = sources.materials;
         let mut columns = Self {
             len: order.len(),
@@ -205,7 +225,7 @@ impl Columns {
             shape,
             albedo,
             ao,
-            material: material.map(|all| order.iter().map(|&i| all[i as usize]).collect()),
+            material: material.map(|all| order.par_iter().map(|&i| all[i as usize]).collect()),
             splats,
             stands_for: Vec::new(),
             blocks: Vec::new(),

@@ -67,25 +67,46 @@ impl Sample {
 /// Puts samples into an order in which each four are neighbours: halves of halves across the longest
 /// side, as the order along the curve has leaps.
 pub(super) fn gather(samples: &mut [Sample]) {
-    let n_groups = samples.len().div_ceil(BRANCH);
+    // A sample has three times as many bytes as what it is sorted by.
+    let place = |(at, sample): (usize, &Sample)| Place {
+        position: sample.position,
+        stands_for: sample.stands_for,
+        at: at as u32,
+    };
+    let mut places: Vec<Place> = samples.iter().enumerate().map(place).collect();
+    halve(&mut places);
+    let gathered: Vec<Sample> = places.iter().map(|place| samples[place.at as usize]).collect();
+    samples.copy_from_slice(&gathered);
+}
+
+/// Where a sample is, in space and among all.
+#[derive(Clone, Copy)]
+struct Place {
+    position: [f32; 3],
+    stands_for: u32,
+    at: u32,
+}
+
+fn halve(places: &mut [Place]) {
+    let n_groups = places.len().div_ceil(BRANCH);
     if n_groups < 2 {
         return;
     }
-    let bounds = samples
+    let bounds = places
         .iter()
-        .fold(Bounds::none(), |bounds, sample| bounds.and(sample.position, sample.position));
+        .fold(Bounds::none(), |bounds, place| bounds.and(place.position, place.position));
     let side = [0, 1, 2].map(|axis| bounds.high[axis] - bounds.low[axis]);
     let longer = |a: usize, b: usize| if side[b] > side[a] { b } else { a };
     let axis = longer(longer(0, 1), 2);
     let half = BRANCH * (n_groups / 2);
-    let by_place = |a: &Sample, b: &Sample| {
+    let by_place = |a: &Place, b: &Place| {
         let (x, y) = (a.position[axis], b.position[axis]);
         x.total_cmp(&y).then(a.stands_for.cmp(&b.stands_for))
     };
-    samples.select_nth_unstable_by(half, by_place);
-    let (near, far) = samples.split_at_mut(half);
-    gather(near);
-    gather(far);
+    places.select_nth_unstable_by(half, by_place);
+    let (near, far) = places.split_at_mut(half);
+    halve(near);
+    halve(far);
 }
 
 /// The middle one of the radii; 0 where there are none.

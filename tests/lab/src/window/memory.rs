@@ -85,9 +85,18 @@ fn first_renderer(program: &mut Program<'_>) {
 }
 
 /// Memory of a process that is in use, bytes.
-fn resident_bytes(pid: u32) -> Result<u64> {
+pub(super) fn resident_bytes(pid: u32) -> Result<u64> {
+    status_bytes(pid, "VmRSS:")
+}
+
+/// The most of it that ever was, bytes.
+pub(super) fn peak_bytes(pid: u32) -> Result<u64> {
+    status_bytes(pid, "VmHWM:")
+}
+
+fn status_bytes(pid: u32, name: &str) -> Result<u64> {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status"))?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let line = status.lines().find_map(|line| line.strip_prefix(name));
     let number = line.and_then(|line| line.trim().trim_end_matches("kB").trim().parse().ok());
     Ok(1024 * number.unwrap_or(0u64))
 }

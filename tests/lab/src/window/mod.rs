@@ -1,9 +1,11 @@
-//! The first ten minutes with the window: `window FOLDER [SCAN]`; and `window rates FILE...`, `window memory FILE...`.
+//! The first ten minutes with the window: `window FOLDER [SCAN]`; and `window rates FILE...`, `window memory FILE...`,
+//! `window flight PYRAMID MEMORY`.
 //!
 //! The real program under Xvfb, at 1280 x 720, 1920 x 1080, and at 200 % on 2560 x 1440 pixels: start page, a file that
 //! is opened, colours by a column, a view by the axes, a look, a split, a wipe line, a sweep, pictures and a scene that
 //! are saved, an edit, undo, and a window that is closed with unsaved edits. Each step leaves a picture in the folder.
 
+mod flight;
 mod memory;
 mod rates;
 
@@ -27,6 +29,7 @@ pub(crate) fn run() -> Result<()> {
     let (folder, scan) = match arguments.as_slice() {
         [first, files @ ..] if first == "rates" => return rates::run(files),
         [first, files @ ..] if first == "memory" => return memory::run(files),
+        [first, file, memory] if first == "flight" => return flight::run(file, memory),
         [folder] => (folder, SAMPLE),
         [folder, scan] => (folder, scan.as_str()),
         _ => anyhow::bail!("expected a folder to write and perhaps a scan, found {arguments:?}"),
