@@ -51,6 +51,27 @@ fn two_separate_spheres_each_face_outwards() {
     }
 }
 
+/// Points beside a body lie farther out than all of it, but say nothing of its sides. Costs 0.15 s.
+#[test]
+fn a_few_strays_do_not_turn_a_body_inwards() {
+    for (count, n_strays, size, away) in
+        [(900, 3, 1, 3.0), (900, 12, 1, 2.5), (10_000, 10, 1, 3.0), (10_000, 30, 3, 1e6)]
+    {
+        for seed in 0..6 {
+            let mut random = Random::new(40 + seed);
+            let mut positions = random_sphere(count, DVec3::ZERO, 1.0, 30 + seed);
+            for _ in 0..n_strays / size {
+                let group = away * random.on_sphere();
+                positions.extend((0..size).map(|_| (group + 0.01 * random.in_ball()).as_vec3()));
+            }
+            let normals = normals_of(&positions).normals;
+            let body = positions.iter().zip(&normals).take(count);
+            let right = body.filter(|(position, normal)| position.dot(**normal) > 0.0).count();
+            assert!(right > count * 99 / 100, "{n_strays} at {away}, {seed}: {right}");
+        }
+    }
+}
+
 #[test]
 fn the_faces_of_a_cube_face_outwards() {
     let side = 20;
