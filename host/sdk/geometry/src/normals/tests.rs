@@ -140,6 +140,25 @@ fn degenerate_neighbourhoods_give_stated_unit_normals() {
     assert_eq!(normals_of(&[Vec3::NAN, Vec3::ZERO]).n_degenerate, 2);
 }
 
+/// Rounding scatters them about the line, and so do sums over many of them.
+#[test]
+fn points_at_random_along_a_slanted_line_span_no_plane() {
+    let mut random = Random::new(24);
+    let (end, away) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(30.0, -400.0, 7.0));
+    for (end, start) in [
+        (end, DVec3::ZERO),
+        (DVec3::new(-7.0, 0.1, 2.0), DVec3::ZERO),
+        (DVec3::splat(1e-9), DVec3::ZERO),
+        (end, away),
+    ] {
+        let line: Vec<Vec3> = (0..5000).map(|_| (start + end * random.unit()).as_vec3()).collect();
+        let estimate = normals_of(&line);
+        assert_eq!(estimate.n_degenerate, 5000, "{end} {start}");
+        let along = end.as_vec3().normalize_or_zero();
+        assert!(estimate.normals.iter().all(|normal| normal.dot(along).abs() < 0.01));
+    }
+}
+
 #[test]
 fn copies_of_points_change_nothing() {
     let sphere = spiral_sphere(500, 0.0, 6);
