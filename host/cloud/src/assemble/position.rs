@@ -29,7 +29,7 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Positions
         let usable = |coordinate: f32| f64::from(coordinate.abs()) <= MAX_COORDINATE;
         let coordinates = keep_usable(coordinates, table, summary, usable, f32::is_finite);
         let positions: Vec<Vec3> = whole_vectors(coordinates);
-        let (origin, bounds) = origin(table, || positions.iter().map(|p| p.as_dvec3()));
+        let (origin, bounds) = origin(table, positions.len(), |i| positions[i].as_dvec3());
         if origin == DVec3::ZERO {
             return Ok(Positions { origin, positions, bounds });
         }
@@ -50,7 +50,7 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Positions
     let usable = |coordinate: f64| coordinate.abs() <= MAX_COORDINATE;
     let coordinates = keep_usable(coordinates, table, summary, usable, f64::is_finite);
     let points: Vec<DVec3> = whole_vectors(coordinates);
-    let (origin, _) = origin(table, || points.iter().copied());
+    let (origin, _) = origin(table, points.len(), |i| points[i]);
     Ok(placed(origin, points.iter().copied()))
 }
 
@@ -99,13 +99,40 @@ fn is_exact(mut points: impl Iterator<Item = DVec3>, origin: DVec3) -> bool {
 /// which is far below a pixel; farther away it would visibly jump.
 const FAR: f64 = 256.0;
 
+/// Distance from the middle half of the points, in its extents, from which on others lie apart from the rest. Nothing that
+/// a device sees is as far, whose middle half is the ground within some metres.
+const APART: f64 = 64.0;
+
+/// Extent of all points, in that of those that do not lie apart, from which on the rest has the origin in its middle: about
+/// two of the digits that offsets have would be lost to strays.
+const STRETCHED: f64 = 100.0;
+
+/// Where the rest of `count` points is, from which others lie apart; `None` where there is no telling.
+fn surroundings(count: usize, at: impl Fn(usize) -> DVec3) -> Option<Bounds> {
+    Bounds::of_most(count, at, 0.25).map(|half| half.grown(APART * half.extent()))
+}
+
+/// The box of points that are in `bounds`; of those that do not lie apart, where the others make it much larger.
+fn core(bounds: Bounds, count: usize, at: impl Fn(usize) -> DVec3) -> Bounds {
+    let Some(near) = surroundings(count, &at) else { return bounds };
+    if near.holds(bounds.min) && near.holds(bounds.max) {
+        return bounds;
+    }
+    let core = Bounds::of((0..count).map(at).filter(|point| near.holds(*point)));
+    core.filter(|core| STRETCHED * core.extent() < bounds.extent()).unwrap_or(bounds)
+}
+
+/// The middle of points that strays do not move.
+pub(super) fn middle(points: &[DVec3]) -> Option<DVec3> {
+    let bounds = Bounds::of(points.iter().copied())?;
+    Some(core(bounds, points.len(), |i| points[i]).centre())
+}
+
 /// The origin: that of the cloud the file was written from where it loses nothing, zero where f32
-/// holds the coordinates as they are and the cloud is not far away, else the middle of the bounds.
-/// Also the bounds of the points.
-fn origin<I: Iterator<Item = DVec3>>(
-    table: &Table,
-    points: impl Fn() -> I,
-) -> (DVec3, Option<Bounds>) {
+/// holds the coordinates as they are and the cloud is not far away, else the middle of the bounds
+/// without strays. Also the bounds of the points.
+fn origin(table: &Table, count: usize, at: impl Fn(usize) -> DVec3) -> (DVec3, Option<Bounds>) {
+    let points = || (0..count).map(&at);
     let bounds = Bounds::of(points());
     let noted = table.notes("origin").find_map(|words| {
         let [x, y, z] = words.try_into().ok()?;
@@ -115,13 +142,15 @@ fn origin<I: Iterator<Item = DVec3>>(
     if let Some(origin) = noted {
         return (origin, bounds);
     }
-    let Some(bounds) = bounds else { return (DVec3::ZERO, None) };
+    let Some(all) = bounds else { return (DVec3::ZERO, None) };
+    let core = core(all, count, &at);
     // Whole numbers are easier to read, and half a unit is little for a cloud of two.
-    let centre = bounds.centre();
-    let middle = if bounds.extent() >= 2.0 { centre.round() } else { centre };
-    let is_far = bounds.extent() > 0.0 && bounds.reach() > FAR * bounds.extent();
-    let stays = is_exact(points(), DVec3::ZERO) && !(is_far && is_exact(points(), middle));
-    (if stays { DVec3::ZERO } else { middle }, Some(bounds))
+    let centre = core.centre();
+    let middle = if core.extent() >= 2.0 { centre.round() } else { centre };
+    let is_far = core.extent() > 0.0 && core.reach() > FAR * core.extent();
+    let in_core = || points().filter(|point| core.holds(*point));
+    let stays = is_exact(points(), DVec3::ZERO) && !(is_far && is_exact(in_core(), middle));
+    (if stays { DVec3::ZERO } else { middle }, bounds)
 }
 
 /// Share of the median radius by which rounding may move a surfel without a visible step.
@@ -139,9 +168,16 @@ pub(super) fn warn_if_coarse(placed: &Positions, radii: &[f32], summary: &mut Su
     if n_visible > middle {
         let mut sorted = radii.to_vec();
         let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f32::total_cmp);
+        let (count, at) = (placed.positions.len(), |i: usize| placed.positions[i].as_dvec3());
+        let is_apart = |near: Bounds| (0..count).filter(|&i| !near.holds(at(i))).count();
+        let apart = match surroundings(count, at).map_or(0, is_apart) {
+            0 => String::new(),
+            1 => "; 1 point lies far apart from the rest".to_owned(),
+            n_apart => format!("; {n_apart} points lie far apart from the rest"),
+        };
         summary.warnings.push(format!(
             "the cloud spans too far for single precision: positions at its border are \
-             {step:.2e} apart, the median radius is {median:.2e}; split it into parts"
+             {step:.2e} apart, the median radius is {median:.2e}; split it into parts{apart}"
         ));
     }
 }

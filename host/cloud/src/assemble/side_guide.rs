@@ -69,8 +69,8 @@ impl SideGuide {
         if points.len() < sides::FEWEST || memory::ask_for_threads(room).is_err() {
             return Ok(None);
         }
-        let Some(bounds) = Bounds::of(points.iter().copied()) else { return Ok(None) };
-        let placed = position::placed(bounds.centre(), points.iter().copied());
+        let Some(middle) = position::middle(points) else { return Ok(None) };
+        let placed = position::placed(middle, points.iter().copied());
         let is_on_map = map::is_on_map(placed.origin, &placed.positions, source);
         let source = &Source { is_on_map, ..source.clone() };
         let neighbours = Neighbours::build(&placed.positions, &part(progress, 0.0..0.05))?;

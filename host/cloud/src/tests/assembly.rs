@@ -198,6 +198,35 @@ fn a_small_cloud_far_away_gets_an_origin_even_where_f32_would_hold_it() {
     assert_eq!(near.cloud.origin(), DVec3::ZERO);
 }
 
+/// A device writes what it has not seen as zeros; a register of points has a wrong row.
+#[test]
+fn strays_take_no_digits_from_a_cloud_on_the_map() {
+    let base = DVec3::new(500_000.25, 5_400_000.5, 430.125);
+    let points: Vec<DVec3> = sphere(400).iter().map(|p| base + DVec3::from_slice(p)).collect();
+    for strays in [vec![DVec3::ZERO; 1], vec![DVec3::ZERO; 50], vec![DVec3::splat(-1e12); 3]] {
+        let all = points.iter().chain(&strays);
+        let rows: Vec<Vec<f64>> = all.map(|point| point.to_array().to_vec()).collect();
+        let vertex = ["double x", "double y", "double z"];
+        let loaded = Ply::new("binary_little_endian").element("vertex", &vertex, &rows).load();
+        for (i, point) in points.iter().enumerate() {
+            let world = loaded.cloud.world_position(i).unwrap();
+            // Offsets of up to 2 are rounded by 6e-8 along each axis, coordinates of 5e6 in f64 by 5e-10.
+            assert!(world.distance(*point) < 1.2e-7, "{}", world.distance(*point));
+        }
+        let apart = match strays.len() {
+            1 => "; 1 point lies far apart from the rest".to_owned(),
+            count => format!("; {count} points lie far apart from the rest"),
+        };
+        assert!(loaded.summary.warnings.iter().any(|line| line.ends_with(&apart)));
+    }
+    // What is near to the rest counts for the middle.
+    let near = [points, vec![base + DVec3::X * 30.0]].concat();
+    let rows: Vec<Vec<f64>> = near.iter().map(|point| point.to_array().to_vec()).collect();
+    let vertex = ["double x", "double y", "double z"];
+    let loaded = Ply::new("binary_little_endian").element("vertex", &vertex, &rows).load();
+    assert!((loaded.cloud.origin().x - base.x - 14.5).abs() < 0.6);
+}
+
 #[test]
 fn a_cloud_that_spans_too_far_for_single_precision_is_warned_of() {
     let mut rows = sphere(100);

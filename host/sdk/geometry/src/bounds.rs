@@ -1,5 +1,6 @@
 //! Bounding boxes in f64.
 
+use crate::hashing;
 use glam::{DVec3, Vec3};
 
 /// An axis-aligned box that holds at least one point.
@@ -27,6 +28,41 @@ impl Bounds {
     #[must_use]
     pub fn of_positions(positions: &[Vec3]) -> Option<Self> {
         Self::of(positions.iter().map(|position| position.as_dvec3()))
+    }
+
+    /// The box that most of `count` points lie in: along each axis it leaves out a `share` of them, at most a half, at
+    /// each end, so that fewer strays do not change it however far away they are. It is that of some of many points, always
+    /// the same. `None` where none of these is finite, or all are one.
+    #[must_use]
+    pub fn of_most(count: usize, at: impl Fn(usize) -> DVec3, share: f64) -> Option<Self> {
+        const SAMPLES: usize = 20_000;
+        let sample = |i: usize| match count > SAMPLES {
+            true => at(((hashing::unit(9, i as u64) * count as f64) as usize).min(count - 1)),
+            false => at(i),
+        };
+        let samples: Vec<DVec3> =
+            (0..SAMPLES.min(count)).map(sample).filter(|point| point.is_finite()).collect();
+        let last = samples.len().checked_sub(1)?;
+        let out = ((samples.len() as f64 * share) as usize).min(last / 2);
+        let mut most = Self { min: DVec3::ZERO, max: DVec3::ZERO };
+        for axis in 0..3 {
+            let mut along: Vec<f64> = samples.iter().map(|point| point[axis]).collect();
+            along.sort_unstable_by(f64::total_cmp);
+            (most.min[axis], most.max[axis]) = (along[out], along[last - out]);
+        }
+        (most.extent() > 0.0).then_some(most)
+    }
+
+    /// Whether a point lies in the box, or at its border.
+    #[must_use]
+    pub fn holds(&self, point: DVec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
+    /// The box that reaches farther by a length on all sides.
+    #[must_use]
+    pub fn grown(&self, by: f64) -> Self {
+        Self { min: self.min - by, max: self.max + by }
     }
 
     /// The middle of the box; it does not overflow.
@@ -78,6 +114,30 @@ mod tests {
         let bounds = Bounds::of_positions(&positions).unwrap();
         assert_eq!(bounds.min, DVec3::ZERO);
         assert_eq!(bounds.max, DVec3::new(1.0, 2.0, 3.0));
+    }
+
+    #[test]
+    fn strays_do_not_change_where_most_points_are() {
+        let mut points = vec![DVec3::NAN; 5];
+        for count in [900, 60_000] {
+            points.resize_with(5 + count, || DVec3::ZERO);
+            for (i, point) in points.iter_mut().skip(5).enumerate() {
+                let along = i as f64 / count as f64;
+                *point = DVec3::new(along, 2.0 * along, 7.0);
+            }
+            for point in points.iter_mut().step_by(10) {
+                *point = DVec3::new(1e9, -1e300, 1e38);
+            }
+            let most = Bounds::of_most(points.len(), |i| points[i], 0.25).unwrap();
+            assert!(most.holds(DVec3::new(0.5, 1.0, 7.0)), "{most:?}");
+            // A quarter at each end, and some of the strays, which are a tenth.
+            assert!(most.size().x > 0.4 && most.extent() < 1.3, "{most:?}");
+        }
+        assert_eq!(Bounds::of_most(0, |_| DVec3::ZERO, 0.1), None);
+        assert_eq!(Bounds::of_most(9, |_| DVec3::ONE, 0.1), None);
+        assert_eq!(Bounds::of_most(9, |_| DVec3::NAN, 0.1), None);
+        let two = Bounds::of_most(2, |i| DVec3::splat(i as f64), 0.5).unwrap();
+        assert_eq!((two.min, two.max), (DVec3::ZERO, DVec3::ONE));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::lines::{self, Across};
 use super::orientation::{LINKS, PLACE_BITS, Run};
-use super::plane::{Moments, Plane};
+use super::plane::{LINE_WIDTH, Moments, Plane};
 use super::steps::Steps;
 use crate::neighbours::{Close, Neighbours, Scratch, Shared, Tree};
 use crate::progress::{Cancelled, Progress, map_with, part, take_runs};
@@ -274,7 +274,7 @@ fn plane(
     points.clear();
     points.push(neighbours.point(place));
     points.extend(near.iter().map(|close| neighbours.point(close.place())));
-    let mut plane = Plane::through(&Moments::of(points), grain);
+    let mut plane = Plane::through(&Moments::of(points), grain, LINE_WIDTH);
     if near.len() < 2 {
         plane.degenerate = true;
     }
@@ -286,6 +286,10 @@ fn plane(
 fn grain(neighbours: &Neighbours, place: usize) -> f64 {
     neighbours.point(place).abs().max_element() * f64::from(f32::EPSILON)
 }
+
+/// Width up to which points of leaves are a line, a share of its length: their squares are sums in f32, which are exact to
+/// 2^-24 and of which a width is the root, four times that.
+const COARSE_LINE_WIDTH: f64 = 1e-3;
 
 /// Sums over the points of each leaf, and which leaves are near which.
 struct Coarse {
@@ -357,7 +361,7 @@ impl Coarse {
         let away = |leaf: &Leaf| leaf.mean.as_dvec3().distance_squared(point);
         let reach = leaves.iter().map(|l| away(leaf(l))).fold(0.0, f64::max) * 1.2;
         if reach <= 0.0 {
-            return Plane::through(&Moments::NOTHING, grain);
+            return Plane::through(&Moments::NOTHING, grain, COARSE_LINE_WIDTH);
         }
         // The sums about the point are combined, and moved to the mean at the end: its surroundings are small.
         let (mut weight, mut weights, mut sum, mut squares) = (0.0, 0.0, DVec3::ZERO, DMat3::ZERO);
@@ -374,6 +378,7 @@ impl Coarse {
         let spread = squares - super::plane::outer(mean) * weight;
         // As many points of equal weight say as much.
         let count = weight * weight / weights.max(f64::MIN_POSITIVE);
-        Plane { count, ..Plane::through(&Moments { weight, mean, spread }, grain) }
+        let moments = Moments { weight, mean, spread };
+        Plane { count, ..Plane::through(&moments, grain, COARSE_LINE_WIDTH) }
     }
 }

@@ -3,6 +3,7 @@
 mod fit;
 mod lines;
 mod orientation;
+mod outwards;
 mod plane;
 mod repair;
 mod sharpen;

@@ -1,10 +1,10 @@
 //! Makes the signs of fitted normals agree.
 
 use super::fit::{Fit, Fits};
+use super::outwards::{self, Ring};
 use super::signs::{self, Coupling, SignedSets, merged, summed};
 use crate::neighbours::Neighbours;
 use crate::progress::{Cancelled, Progress, each, part, report, silent};
-use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// Neighbours that a point passes its sign on to. With eight, random samples of a surface hang
@@ -16,8 +16,6 @@ const SURE: f64 = 0.87;
 
 /// Weight of neighbours that agree fully.
 const WEIGHT: f64 = 1000.0;
-
-const NOBODY: u32 = u32::MAX;
 
 /// Points that follow each other, before their signs agree.
 pub(super) struct Run<'a> {
@@ -37,6 +35,8 @@ pub(super) struct RunPatches {
     couplings: Vec<Coupling>,
     /// Neighbours of which the second is of another run.
     across: Vec<(u32, u32)>,
+    /// For each point how far its links reach.
+    rings: Vec<Ring>,
 }
 
 impl RunPatches {
@@ -46,7 +46,11 @@ impl RunPatches {
         let mut sure: Vec<u64> = Vec::with_capacity(4 * run.fits.len());
         let mut within: Vec<(u32, u32, i16)> = Vec::new();
         let mut across = Vec::new();
+        let mut rings = Vec::with_capacity(run.fits.len());
         for (a, links) in run.places.clone().zip(run.links) {
+            let [.., last] = *links;
+            let point = |place: usize| run.neighbours.point(place);
+            rings.push(Ring::reaching(point(a).distance(point(last as usize))));
             for &other in links.iter().filter(|&&other| other as usize != a) {
                 let b = other as usize;
                 if !run.places.contains(&b) {
@@ -89,7 +93,7 @@ impl RunPatches {
         couplings.sort_unstable();
         let couplings = merged(couplings.into_iter());
         let member = member.iter().map(|&(patch, flips)| patch << 1 | u32::from(flips)).collect();
-        Self { member, n_patches, couplings, across }
+        Self { member, n_patches, couplings, across, rings }
     }
 }
 
@@ -100,14 +104,16 @@ pub(super) struct Patches {
     n_patches: u32,
     couplings: Vec<Coupling>,
     across: Vec<(u32, u32)>,
+    rings: Vec<Ring>,
 }
 
 impl Patches {
     /// No patches yet, of so many points.
     pub(super) fn with_room(n_points: usize) -> Self {
-        let mut member = Vec::new();
+        let (mut member, mut rings) = (Vec::new(), Vec::new());
         member.reserve_exact(n_points);
-        Self { member, n_patches: 0, couplings: Vec::new(), across: Vec::new() }
+        rings.reserve_exact(n_points);
+        Self { member, n_patches: 0, couplings: Vec::new(), across: Vec::new(), rings }
     }
 
     /// Adds the patches of the run that comes next.
@@ -121,6 +127,7 @@ impl Patches {
         };
         self.couplings.extend(run.couplings.iter().map(moved));
         self.across.extend(run.across);
+        self.rings.extend(run.rings);
         self.n_patches += run.n_patches as u32;
     }
 
@@ -222,91 +229,10 @@ pub(super) fn orient(
         }
     })?;
     let part_of = |place: usize| parts[of_place(place).0 as usize].0;
-    turn_outwards(neighbours, normals, (n_parts, &part_of), &part(progress, 0.8..1.0))?;
+    let cloud = outwards::Cloud { neighbours, rings: &patches.rings, n_parts, part_of: &part_of };
+    outwards::turn(&cloud, normals, &part(progress, 0.8..1.0))?;
     Ok(n_parts)
 }
 
 /// The agreement of normals of which one means nothing: parts hang together, but by nothing else.
 const DEGENERATE: f64 = 0.04;
-
-/// Directions in which extremal points vote: axes, face diagonals and space diagonals of a cube.
-/// Thirteen, each both ways, outvote an outlier or a fold at one end.
-const DIRECTIONS: [DVec3; 13] = [
-    DVec3::X,
-    DVec3::Y,
-    DVec3::Z,
-    DVec3::new(1.0, 1.0, 0.0),
-    DVec3::new(1.0, -1.0, 0.0),
-    DVec3::new(1.0, 0.0, 1.0),
-    DVec3::new(1.0, 0.0, -1.0),
-    DVec3::new(0.0, 1.0, 1.0),
-    DVec3::new(0.0, 1.0, -1.0),
-    DVec3::new(1.0, 1.0, 1.0),
-    DVec3::new(1.0, 1.0, -1.0),
-    DVec3::new(1.0, -1.0, 1.0),
-    DVec3::new(1.0, -1.0, -1.0),
-];
-
-/// What is known of a connected part.
-#[derive(Clone)]
-struct Part {
-    /// The farthest points along and against each direction.
-    ends: [[(f64, u32); 2]; DIRECTIONS.len()],
-    normal_sum: DVec3,
-}
-
-/// Share of the votes by which one side must lead. The two ends of an open sheet vote against each
-/// other and differ by noise only; a closed surface reaches 1.
-const LEAD: f64 = 0.1;
-
-/// Turns each part so that its extremal points face away from it.
-fn turn_outwards(
-    neighbours: &Neighbours,
-    normals: &mut [Vec3],
-    (n_parts, part_of): (usize, &dyn Fn(usize) -> u32),
-    progress: Progress<'_>,
-) -> Result<(), Cancelled> {
-    let nothing = Part {
-        ends: [[(f64::NEG_INFINITY, NOBODY); 2]; DIRECTIONS.len()],
-        normal_sum: DVec3::ZERO,
-    };
-    let mut parts = vec![nothing; n_parts];
-    each(normals.len(), &part(progress, 0.0..0.8), |place| {
-        let part = &mut parts[part_of(place) as usize];
-        let point = neighbours.point(place);
-        part.normal_sum += normals[place].as_dvec3();
-        for (direction, ends) in DIRECTIONS.iter().zip(&mut part.ends) {
-            let along = point.dot(*direction);
-            for (end, distance) in ends.iter_mut().zip([along, -along]) {
-                if distance > end.0 {
-                    *end = (distance, place as u32);
-                }
-            }
-        }
-    })?;
-    let inwards: Vec<bool> = parts.iter().map(|part| faces_inwards(part, normals)).collect();
-    each(normals.len(), &part(progress, 0.8..1.0), |place| {
-        if inwards[part_of(place) as usize] {
-            normals[place] = -normals[place];
-        }
-    })
-}
-
-/// Whether the votes of a part's extremal points say that it must be flipped.
-fn faces_inwards(part: &Part, normals: &[Vec3]) -> bool {
-    let (mut sum, mut total) = (0.0, 0.0);
-    for (direction, ends) in DIRECTIONS.iter().zip(&part.ends) {
-        let direction = direction.normalize_or_zero();
-        for (end, outwards) in ends.iter().zip([direction, -direction]) {
-            let vote =
-                normals.get(end.1 as usize).map_or(0.0, |normal| normal.as_dvec3().dot(outwards));
-            sum += vote;
-            total += vote.abs();
-        }
-    }
-    if sum.abs() > LEAD * total {
-        return sum < 0.0;
-    }
-    let mean = part.normal_sum.to_array();
-    mean.into_iter().fold(0.0, |most: f64, x| if x.abs() > most.abs() { x } else { most }) < 0.0
-}

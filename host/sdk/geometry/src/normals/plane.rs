@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 /// Ratio of width to length below which a neighbourhood counts as a line: f32 positions of a line
 /// that is not parallel to an axis deviate from it by 1e-7 of their magnitude, so that a hundred
 /// times this is noise rather than shape.
-const LINE_WIDTH: f64 = 1e-5;
+pub(super) const LINE_WIDTH: f64 = 1e-5;
 
 /// Weighted sums over points.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +73,9 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The best plane through points of which a coordinate is exact to `grain`.
-    pub(super) fn through(moments: &Moments, grain: f64) -> Self {
+    /// The best plane through points of which a coordinate is exact to `grain`; they are a line up to this width, a
+    /// share of its length.
+    pub(super) fn through(moments: &Moments, grain: f64, line_width: f64) -> Self {
         let size = moments.spread.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let count = moments.weight;
         let none = |normal, error| Self {
@@ -92,7 +93,7 @@ impl Plane {
         // Divided by their size, offsets of 1e-200 still have cubes of squares.
         let (values, normal) = eigen::least(moments.spread * (1.0 / size));
         let deviation = values.map(|value| (value.max(0.0) * (size / count)).sqrt());
-        if deviation[1] <= (LINE_WIDTH * deviation[2]).max(grain) {
+        if deviation[1] <= (line_width * deviation[2]).max(grain) {
             let along = eigen::symmetric(moments.spread * (1.0 / size)).vectors[2];
             return none(perpendicular_to(along), deviation[0]);
         }

@@ -51,6 +51,27 @@ fn two_separate_spheres_each_face_outwards() {
     }
 }
 
+/// Points beside a body lie farther out than all of it, but say nothing of its sides. Costs 0.15 s.
+#[test]
+fn a_few_strays_do_not_turn_a_body_inwards() {
+    for (count, n_strays, size, away) in
+        [(900, 3, 1, 3.0), (900, 12, 1, 2.5), (10_000, 10, 1, 3.0), (10_000, 30, 3, 1e6)]
+    {
+        for seed in 0..6 {
+            let mut random = Random::new(40 + seed);
+            let mut positions = random_sphere(count, DVec3::ZERO, 1.0, 30 + seed);
+            for _ in 0..n_strays / size {
+                let group = away * random.on_sphere();
+                positions.extend((0..size).map(|_| (group + 0.01 * random.in_ball()).as_vec3()));
+            }
+            let normals = normals_of(&positions).normals;
+            let body = positions.iter().zip(&normals).take(count);
+            let right = body.filter(|(position, normal)| position.dot(**normal) > 0.0).count();
+            assert!(right > count * 99 / 100, "{n_strays} at {away}, {seed}: {right}");
+        }
+    }
+}
+
 #[test]
 fn the_faces_of_a_cube_face_outwards() {
     let side = 20;
@@ -117,6 +138,25 @@ fn degenerate_neighbourhoods_give_stated_unit_normals() {
     let upright: Vec<Vec3> = (0..50).map(|i| Vec3::Z * i as f32).collect();
     assert!(normals_of(&upright).normals.iter().all(|n| n.y.abs() > 0.999_999));
     assert_eq!(normals_of(&[Vec3::NAN, Vec3::ZERO]).n_degenerate, 2);
+}
+
+/// Rounding scatters them about the line, and so do sums over many of them.
+#[test]
+fn points_at_random_along_a_slanted_line_span_no_plane() {
+    let mut random = Random::new(24);
+    let (end, away) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(30.0, -400.0, 7.0));
+    for (end, start) in [
+        (end, DVec3::ZERO),
+        (DVec3::new(-7.0, 0.1, 2.0), DVec3::ZERO),
+        (DVec3::splat(1e-9), DVec3::ZERO),
+        (end, away),
+    ] {
+        let line: Vec<Vec3> = (0..5000).map(|_| (start + end * random.unit()).as_vec3()).collect();
+        let estimate = normals_of(&line);
+        assert_eq!(estimate.n_degenerate, 5000, "{end} {start}");
+        let along = end.as_vec3().normalize_or_zero();
+        assert!(estimate.normals.iter().all(|normal| normal.dot(along).abs() < 0.01));
+    }
 }
 
 #[test]

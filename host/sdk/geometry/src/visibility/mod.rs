@@ -6,4 +6,5 @@ pub mod free_space;
 #[cfg(test)]
 mod scenes;
 pub mod sides;
+mod strays;
 mod surfels;

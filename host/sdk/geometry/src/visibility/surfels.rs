@@ -1,6 +1,7 @@
 //! The surfels that decide for a cloud: all of a small one, one per cube of a large one.
 
 use super::frame::Frame;
+use super::strays;
 use crate::Bounds;
 use crate::discs::{Disc, Discs};
 use crate::eigen;
@@ -74,7 +75,7 @@ pub(super) struct Choice {
 }
 
 impl Surfels {
-    /// Chooses and measures surfels among the positions that are finite and have a direction.
+    /// Chooses and measures surfels among the positions that are finite, no strays and have a direction.
     pub(super) fn choose(
         positions: &[Vec3],
         cloud_normals: &[Vec3],
@@ -150,7 +151,7 @@ fn fitted(all: &[Surfel], place: usize) -> Vec3 {
     eigen::symmetric(covariance).vectors[0].as_vec3()
 }
 
-/// Indices of the positions that decide, in ascending order, and the edge of their cubes, scene units.
+/// Indices of the positions that decide, strays left out, in ascending order, and the edge of their cubes, scene units.
 fn chosen(
     positions: &[Vec3],
     cloud_normals: &[Vec3],
@@ -164,7 +165,8 @@ fn chosen(
     };
     // Of very many points some do: nearly every cube has some of them, and what it takes does not grow with the rest.
     let stride = (n as usize / (CANDIDATES * count.max(1))).max(1);
-    let valid: Vec<u32> = (0..n).step_by(stride).filter(is_valid).collect();
+    let mut valid: Vec<u32> = (0..n).step_by(stride).filter(is_valid).collect();
+    strays::leave_out(positions, &mut valid);
     if valid.len() <= count + count / 4 {
         return Ok((valid, 0.0));
     }

@@ -26,8 +26,8 @@ pub struct Sides {
     pub turned: usize,
     /// Normals whose side most evidence is for.
     pub decided: usize,
-    /// Normals whose side is little better than a guess; those without a direction or a finite position
-    /// are in neither count.
+    /// Normals whose side is little better than a guess, as those of strays far apart from the rest; those without a
+    /// direction or a finite position are in neither count.
     pub uncertain: usize,
     /// Whether the surface is closed, or nearly, and faces what it encloses.
     pub interior: bool,

@@ -60,6 +60,14 @@ pub(super) fn to_all(
         found[index as usize] = Found::new(turn, confidence);
     }
     if surfels.edge <= 0.0 {
+        // The others are strays, or few of many have a direction.
+        let n = found.len().min(cloud_normals.len());
+        for index in 0..n {
+            let is_valid = positions[index].is_finite() && normals::is_valid(cloud_normals[index]);
+            if is_valid && !found[index].is_known() {
+                found[index] = Found::new(false, 0.0);
+            }
+        }
         return Ok(found);
     }
     let places: Vec<DVec3> = surfels.all.iter().map(|surfel| surfel.position.as_dvec3()).collect();

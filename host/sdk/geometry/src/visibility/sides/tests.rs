@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::progress::silent;
+use crate::samples::Random;
 use crate::visibility::scenes::{self, Scene};
 use std::ops::ControlFlow;
 
@@ -221,4 +222,44 @@ fn the_search_stops_when_asked() {
         let stopped = by_visibility(&scene.positions, &mut normals, &Hints::default(), &stop);
         assert_eq!((stopped, normals), (Err(Cancelled), before));
     }
+}
+
+/// At 1000 times the extent some sides turned before strays were left out, at 10,000 times as many as by chance, and
+/// farther away the hierarchy of discs had one place for all. Costs 6 s.
+#[test]
+fn a_few_strays_change_no_sides_however_far_they_are() {
+    for away in [3.0, 1e4, 1e9, 1e30] {
+        let scenes = [(scenes::room(150.0), METRES), (scenes::sphere(20_000), Hints::default())];
+        for (mut scene, hints) in scenes {
+            let count = scene.len();
+            let mut random = Random::new(51);
+            for _ in 0..10 {
+                scene.positions.push((away * random.on_sphere()).as_vec3());
+                scene.normals.push(random.on_sphere().as_vec3());
+            }
+            let (right, sides) = found(&scene, &hints);
+            assert!(right >= 0.99 && sides.certainty > 0.4, "{away}: {right}, {sides:?}");
+            let n_undecided = sides.confidence[count..].iter().filter(|&&c| c == 0.0).count();
+            assert!(away < 10.0 || n_undecided == 10, "{away}: {n_undecided}");
+        }
+    }
+}
+
+/// Those of which some decide for the others, too, and a device's zeros far from what it has seen. Costs 2 s.
+#[test]
+fn strays_of_many_points_are_undecided() {
+    let mut scene = scenes::torus(150_000);
+    let count = scene.len();
+    scene.positions.extend([Vec3::new(5e5, 5.4e6, 0.0); 10_000]);
+    scene.normals.extend([Vec3::Z; 10_000]);
+    let (_, sides) = found(&scene, &Hints::default());
+    assert!(sides.confidence[count..].iter().all(|&confidence| confidence == 0.0));
+    assert!(sides.uncertain < 11_000 && sides.certainty > 0.4, "{}", sides.uncertain);
+    let surfels = Surfels::choose(
+        &scene.positions,
+        &scene.normals,
+        Choice { count: 9000, refit: false },
+        &silent,
+    );
+    assert!(surfels.unwrap().frame.scale <= 4.0);
 }
