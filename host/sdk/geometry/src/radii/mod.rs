@@ -23,7 +23,9 @@ pub const LONE_RADIUS: f32 = 0.01;
 /// fine one, cells are built also from points that count theirs among their own nearest.
 ///
 /// Cells that span empty space are limited: a disc reaches no farther than those around it bear it out. A point
-/// of a surface keeps below three times the median of its nearest, and below one and a half times at a border.
+/// of a surface keeps below three times the median of its nearest, and below one and a half times at a border; or of
+/// those that count it among theirs from farther away, where that is more. At the border of random points these have large
+/// discs themselves. Measured: to leave them out, or all but much coarser ones, opens holes in sparse sheets and rooms.
 /// A group of up to 20 points that no surface counts among its nearest
 /// floats: there are too few to tell a surface from stray points, so each gets no more than the
 /// median of the nearest that belong to surfaces, or of all of these where there is none near.
