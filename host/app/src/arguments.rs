@@ -85,7 +85,7 @@ pub(crate) enum Command {
     Info(InfoArguments),
     /// List the plugins, and the files that were refused with the reason.
     Plugins(PluginsArguments),
-    /// Read a cloud and write it in another format, with the normals and radii it lacked.
+    /// Read a cloud and write it in another format, as it is or with the normals and radii it lacked.
     Convert(ConvertArguments),
     /// Select surfels of a cloud: count them, or write them, the others, or all with another value of a column.
     Select(Box<SelectArguments>),

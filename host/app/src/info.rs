@@ -156,11 +156,10 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
     // A fit that may be off by more fits nothing.
     let error = summary.normal_error_deg.filter(|degrees| *degrees < 45.0);
     let error = error.map_or(String::new(), |degrees| {
-        format!(
-            "; half are off by at most {degrees:.1} degrees, as far as the scatter of points tells"
-        )
+        format!("; their median error is about {degrees:.1} degrees, by the scatter of points")
     });
-    row("normals", counted(&normal_counts(summary)) + &error)?;
+    let n_normals = summary.normals.estimated.max(summary.n_surfels);
+    row("normals", shares(&normal_counts(summary), n_normals) + &error)?;
     if let Some(path) = &summary.trajectory {
         row("scanner", format!("its path {path}"))?;
     }
@@ -254,6 +253,19 @@ fn normal_counts(summary: &Summary) -> [(u64, &'static str); 11] {
 fn counted(counts: &[(u64, &str)]) -> String {
     let shown: Vec<String> =
         counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
+    if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
+}
+
+/// The same, each beside its share of all, where it is not all.
+fn shares(counts: &[(u64, &str)], all: u64) -> String {
+    let share = |n: u64| match 100.0 * n as f64 / all.max(1) as f64 {
+        // Nothing that a digit behind the point would show.
+        percent if !(0.05..99.95).contains(&percent) => String::new(),
+        percent => format!(" ({percent:.1} %)"),
+    };
+    let shown = counts.iter().filter(|(n, _)| *n > 0);
+    let shown = shown.map(|(n, what)| format!("{n} {what}{}", share(*n)));
+    let shown: Vec<String> = shown.collect();
     if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
 }
 

@@ -99,33 +99,10 @@ fn is_exact(mut points: impl Iterator<Item = DVec3>, origin: DVec3) -> bool {
 /// which is far below a pixel; farther away it would visibly jump.
 const FAR: f64 = 256.0;
 
-/// Distance from the middle half of the points, in its extents, from which on others lie apart from the rest. Nothing that
-/// a device sees is as far, whose middle half is the ground within some metres.
-const APART: f64 = 64.0;
-
-/// Extent of all points, in that of those that do not lie apart, from which on the rest has the origin in its middle: about
-/// two of the digits that offsets have would be lost to strays.
-const STRETCHED: f64 = 100.0;
-
-/// Where the rest of `count` points is, from which others lie apart; `None` where there is no telling.
-fn surroundings(count: usize, at: impl Fn(usize) -> DVec3) -> Option<Bounds> {
-    Bounds::of_most(count, at, 0.25).map(|half| half.grown(APART * half.extent()))
-}
-
-/// The box of points that are in `bounds`; of those that do not lie apart, where the others make it much larger.
-fn core(bounds: Bounds, count: usize, at: impl Fn(usize) -> DVec3) -> Bounds {
-    let Some(near) = surroundings(count, &at) else { return bounds };
-    if near.holds(bounds.min) && near.holds(bounds.max) {
-        return bounds;
-    }
-    let core = Bounds::of((0..count).map(at).filter(|point| near.holds(*point)));
-    core.filter(|core| STRETCHED * core.extent() < bounds.extent()).unwrap_or(bounds)
-}
-
 /// The middle of points that strays do not move.
 pub(super) fn middle(points: &[DVec3]) -> Option<DVec3> {
     let bounds = Bounds::of(points.iter().copied())?;
-    Some(core(bounds, points.len(), |i| points[i]).centre())
+    Some(bounds.without_strays(points.len(), |i| points[i]).centre())
 }
 
 /// The origin: that of the cloud the file was written from where it loses nothing, zero where f32
@@ -143,7 +120,7 @@ fn origin(table: &Table, count: usize, at: impl Fn(usize) -> DVec3) -> (DVec3, O
         return (origin, bounds);
     }
     let Some(all) = bounds else { return (DVec3::ZERO, None) };
-    let core = core(all, count, &at);
+    let core = all.without_strays(count, &at);
     // Whole numbers are easier to read, and half a unit is little for a cloud of two.
     let centre = core.centre();
     let middle = if core.extent() >= 2.0 { centre.round() } else { centre };
@@ -156,9 +133,24 @@ fn origin(table: &Table, count: usize, at: impl Fn(usize) -> DVec3) -> (DVec3, O
 /// Share of the median radius by which rounding may move a surfel without a visible step.
 const VISIBLE_SHARE: f64 = 0.01;
 
-/// Warns where the cloud spans so much that f32 positions are coarse for its surfels.
+/// Warns of strays that views of all leave out, and where the cloud without them spans so much that f32 positions are
+/// coarse for its surfels.
 pub(super) fn warn_if_coarse(placed: &Positions, radii: &[f32], summary: &mut Summary) {
-    let reach = placed.bounds.map_or(0.0, |bounds| bounds.reach());
+    let Some(all) = placed.bounds else { return };
+    let (count, at) = (placed.positions.len(), |i: usize| placed.positions[i].as_dvec3());
+    let core = all.without_strays(count, at);
+    if core != all {
+        let lie = match (0..count).filter(|&i| !core.holds(at(i))).count() {
+            1 => "1 point lies".to_owned(),
+            n_strays => format!("{n_strays} points lie"),
+        };
+        summary.warnings.push(format!(
+            "{lie} far apart from the others, which are {:.4} units across; views of all leave them out, and the tool \
+             `outliers` removes them",
+            core.diagonal()
+        ));
+    }
+    let reach = core.reach();
     // Distance between neighbouring f32 at the farthest coordinate.
     let step = f64::from((reach as f32).next_up()) - f64::from(reach as f32);
     let is_visible = |radius: f32| step > VISIBLE_SHARE * f64::from(radius);
@@ -168,16 +160,9 @@ pub(super) fn warn_if_coarse(placed: &Positions, radii: &[f32], summary: &mut Su
     if n_visible > middle {
         let mut sorted = radii.to_vec();
         let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f32::total_cmp);
-        let (count, at) = (placed.positions.len(), |i: usize| placed.positions[i].as_dvec3());
-        let is_apart = |near: Bounds| (0..count).filter(|&i| !near.holds(at(i))).count();
-        let apart = match surroundings(count, at).map_or(0, is_apart) {
-            0 => String::new(),
-            1 => "; 1 point lies far apart from the rest".to_owned(),
-            n_apart => format!("; {n_apart} points lie far apart from the rest"),
-        };
         summary.warnings.push(format!(
             "the cloud spans too far for single precision: positions at its border are \
-             {step:.2e} apart, the median radius is {median:.2e}; split it into parts{apart}"
+             {step:.2e} apart, the median radius is {median:.2e}; split it into parts"
         ));
     }
 }

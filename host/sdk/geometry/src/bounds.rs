@@ -3,6 +3,14 @@
 use crate::hashing;
 use glam::{DVec3, Vec3};
 
+/// Distance from the middle half of the points, in its extents, from which on others lie apart from the rest. Nothing that
+/// a device sees is as far, whose middle half is the ground within some metres.
+const APART: f64 = 64.0;
+
+/// Extent of all points, in that of those that do not lie apart, from which on strays hide the rest: it is a hundredth of a
+/// picture, and two of the digits that single precision has for it are lost.
+const STRETCHED: f64 = 100.0;
+
 /// An axis-aligned box that holds at least one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -51,6 +59,25 @@ impl Bounds {
             (most.min[axis], most.max[axis]) = (along[out], along[last - out]);
         }
         (most.extent() > 0.0).then_some(most)
+    }
+
+    /// Where the rest of `count` points is, from which others lie apart: far around the middle half of them along each axis.
+    /// `None` where there is no telling.
+    #[must_use]
+    pub fn surroundings(count: usize, at: impl Fn(usize) -> DVec3) -> Option<Self> {
+        Self::of_most(count, at, 0.25).map(|half| half.grown(APART * half.extent()))
+    }
+
+    /// The box, which is that of `count` points; where strays make it a hundred times as large as the others are, the box
+    /// of these.
+    #[must_use]
+    pub fn without_strays(self, count: usize, at: impl Fn(usize) -> DVec3) -> Self {
+        let Some(near) = Self::surroundings(count, &at) else { return self };
+        if near.holds(self.min) && near.holds(self.max) {
+            return self;
+        }
+        let others = Self::of((0..count).map(at).filter(|point| near.holds(*point)));
+        others.filter(|others| STRETCHED * others.extent() < self.extent()).unwrap_or(self)
     }
 
     /// Whether a point lies in the box, or at its border.

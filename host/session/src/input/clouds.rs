@@ -17,6 +17,7 @@ use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
 use surfelshop_api::{CloudFacts, CloudView};
 use surfelshop_cloud::selection::StrokeTools;
 use surfelshop_cloud::{Cloud, Loaded, ReadError};
+use surfelshop_geometry::Bounds;
 use surfelshop_pyramid::is_pyramid_file;
 
 /// Clouds that are shown together.
@@ -134,21 +135,37 @@ impl Clouds {
     /// A sphere around all surfels whose radii are scaled by a factor, and about their hull, for framing.
     ///
     /// Its centre is that of the bounds, which moves little when surfels are added; it reaches to
-    /// the farthest edge of a surfel, which is nearer than the corner of the bounds.
+    /// the farthest edge of a surfel, which is nearer than the corner of the bounds. Strays that lie so far apart that
+    /// nothing else would be seen are left out.
     pub fn extent(&self, radius_scale: f32) -> Extent {
-        let center = 0.5 * (self.facts.bounds_min + self.facts.bounds_max);
+        let of: Vec<(&Cloud, Option<Bounds>)> = self
+            .loaded
+            .iter()
+            .map(|loaded| (&loaded.cloud, without_strays(&loaded.cloud)))
+            .collect();
+        let (mut min, mut max) = (self.facts.bounds_min, self.facts.bounds_max);
+        if of.iter().any(|(_, core)| core.is_some()) {
+            let own = |(cloud, core): &(&Cloud, Option<Bounds>)| {
+                let facts = cloud.facts();
+                core.unwrap_or(Bounds { min: facts.bounds_min, max: facts.bounds_max })
+            };
+            let drawn = of.iter().filter(|(cloud, _)| !cloud.is_empty()).map(own);
+            let all = drawn.reduce(|a, b| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) });
+            (min, max) = all.map_or((min, max), |all| (all.min, all.max));
+        }
+        let center = 0.5 * (min + max);
         let scale = f64::from(radius_scale);
-        let clouds = || self.loaded.iter().map(|loaded| &loaded.cloud);
-        let radius = clouds().map(|cloud| reach(cloud, center, scale)).fold(0.0, f64::max);
-        let n: usize = clouds().map(Cloud::len).sum();
+        let reach = |(cloud, core): &(&Cloud, _)| reach(cloud, center, scale, *core);
+        let radius = of.iter().map(reach).fold(0.0, f64::max);
+        let n: usize = of.iter().map(|(cloud, _)| cloud.len()).sum();
         let extent = Extent::new(center, radius);
         if n == 0 {
             return extent;
         }
         let stride = n.div_ceil(HULL_SURFELS);
         let none = [(f32::NEG_INFINITY, Vec3::NAN); N_DIRECTIONS];
-        let found = clouds().fold(none, |found, cloud| {
-            let own = farthest(cloud, center, radius_scale, stride);
+        let found = of.iter().fold(none, |found, (cloud, core)| {
+            let own = farthest(cloud, center, (radius_scale, *core), stride);
             farther(found, own)
         });
         extent.reaching(found.map(|(_, place)| place))
@@ -174,6 +191,15 @@ fn edited(
 /// Surfels of which the hull is made; of more, so many of them.
 const HULL_SURFELS: usize = 1 << 16;
 
+/// The box of a cloud's points but for strays that would hide all others; `None` where there are none such.
+fn without_strays(cloud: &Cloud) -> Option<Bounds> {
+    let facts = cloud.facts();
+    let all = Bounds { min: facts.bounds_min, max: facts.bounds_max };
+    let (origin, positions) = (cloud.origin(), cloud.positions());
+    let core = all.without_strays(positions.len(), |i| origin + positions[i].as_dvec3());
+    (core != all).then_some(core)
+}
+
 /// How far something reaches along each of the directions, and its place.
 type Farthest = [(f32, Vec3); N_DIRECTIONS];
 
@@ -181,8 +207,14 @@ fn farther(a: Farthest, b: Farthest) -> Farthest {
     std::array::from_fn(|i| if b[i].0 > a[i].0 { b[i] } else { a[i] })
 }
 
-/// What of each `stride`th surfel of a cloud is farthest from a point in world space, by directions.
-fn farthest(cloud: &Cloud, from: DVec3, radius_scale: f32, stride: usize) -> Farthest {
+/// What of each `stride`th surfel of a cloud is farthest from a point in world space, by directions; of those in a box.
+fn farthest(
+    cloud: &Cloud,
+    from: DVec3,
+    (radius_scale, core): (f32, Option<Bounds>),
+    stride: usize,
+) -> Farthest {
+    let is_left_out = left_out(cloud, core);
     let from = (from - cloud.origin()).as_vec3();
     let radius = radius_of(cloud);
     let directions = directions();
@@ -193,6 +225,9 @@ fn farthest(cloud: &Cloud, from: DVec3, radius_scale: f32, stride: usize) -> Far
     let mut most = [f32::NEG_INFINITY; N_DIRECTIONS];
     let mut which = [u32::MAX; N_DIRECTIONS];
     for (n, i) in (0..positions.len()).step_by(stride).enumerate() {
+        if is_left_out(positions[i]) {
+            continue;
+        }
         let (offset, radius) = (positions[i] - from, radius(i) * radius_scale);
         for k in 0..N_DIRECTIONS {
             let along = offset.x * x[k] + offset.y * y[k] + offset.z * z[k] + radius;
@@ -221,14 +256,21 @@ fn radius_of(cloud: &Cloud) -> impl Fn(usize) -> f32 + '_ {
     }
 }
 
-/// Distance from a point in world space to the farthest edge of a surfel.
-fn reach(cloud: &Cloud, from: DVec3, radius_scale: f64) -> f64 {
+/// Which positions lie outside of a box in world space, where there is one.
+fn left_out(cloud: &Cloud, core: Option<Bounds>) -> impl Fn(Vec3) -> bool + '_ {
+    move |position| core.is_some_and(|core| !core.holds(cloud.origin() + position.as_dvec3()))
+}
+
+/// Distance from a point in world space to the farthest edge of a surfel; of those in a box.
+fn reach(cloud: &Cloud, from: DVec3, radius_scale: f64, core: Option<Bounds>) -> f64 {
+    let is_left_out = left_out(cloud, core);
     let from = from - cloud.origin();
     let radius = radius_of(cloud);
     let edge = |(i, offset): (usize, &Vec3)| {
         (offset.as_dvec3() - from).length() + f64::from(radius(i)) * radius_scale
     };
-    cloud.positions().iter().enumerate().map(edge).fold(0.0, f64::max)
+    let drawn = cloud.positions().iter().enumerate().filter(|(_, place)| !is_left_out(**place));
+    drawn.map(edge).fold(0.0, f64::max)
 }
 
 /// Reads one file, with a progress bar where it takes long.
@@ -287,6 +329,7 @@ fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
 mod tests {
     use super::*;
     use surfelshop_api::ObjectFrame;
+    use surfelshop_cloud::{Buffer, Column, Summary};
 
     fn facts(n_surfels: u64, at: f64, columns: &[&str]) -> CloudFacts {
         CloudFacts {
@@ -323,5 +366,32 @@ mod tests {
         let whole = together([facts(1, 5.0, &[]), CloudFacts::default()].iter());
         assert_eq!(whole.bounds_min, DVec3::splat(5.0));
         assert_eq!(whole.equal_radius, Some(0.5));
+    }
+
+    /// A line of points a unit long, and some far away.
+    fn line_with(strays: &[f32]) -> Clouds {
+        let line = (0..200).map(|i| i as f32 / 199.0).chain(strays.iter().copied());
+        let positions = Buffer::F32(line.flat_map(|x| [x, 0.0, 0.0]).collect());
+        let columns = vec![Column::new("position", 3, positions)];
+        let cloud = Cloud::new(DVec3::ZERO, columns).unwrap();
+        Clouds::of(vec![Loaded { cloud, summary: Summary::default() }])
+    }
+
+    #[test]
+    fn views_of_all_leave_out_strays_that_would_hide_the_rest() {
+        let reach = |clouds: &Clouds| clouds.extent(1.0).radius();
+        assert!((reach(&line_with(&[])) - 0.5).abs() < 1e-6);
+        let far = line_with(&[1e6, -1e9, 1e6]);
+        assert!((reach(&far) - 0.5).abs() < 1e-6, "{}", reach(&far));
+        let line = strays(&far).unwrap();
+        assert!(
+            line.starts_with(
+                "a.ply: 3 points lie far apart from the others, which are 1.000 units"
+            ),
+            "{line}"
+        );
+        // What makes a picture of all a few times smaller is in it.
+        let near = line_with(&[30.0, -20.0]);
+        assert!(reach(&near) > 20.0);
     }
 }

@@ -133,6 +133,11 @@ pub fn directions() -> [Vec3; N_DIRECTIONS] {
 }
 
 impl Extent {
+    #[cfg(test)]
+    pub(crate) fn radius(&self) -> f64 {
+        self.radius
+    }
+
     /// A sphere a camera can be placed by: without a size, or without a cloud, it gets one.
     pub fn new(center: DVec3, radius: f64) -> Self {
         let center = if center.is_finite() { center } else { DVec3::ZERO };
