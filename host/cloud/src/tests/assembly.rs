@@ -230,10 +230,17 @@ fn strays_take_no_digits_from_a_cloud_on_the_map() {
 
 #[test]
 fn a_cloud_that_spans_too_far_for_single_precision_is_warned_of() {
+    // Two halves of a cloud, neither of which is a few strays.
+    let mut rows = sphere(100);
+    rows.extend(sphere(100).iter().map(|point| vec![point[0] + 1e9, point[1], point[2]]));
+    let loaded = Ply::new("binary_little_endian").element("vertex", &XYZ, &rows).load();
+    assert!(loaded.summary.warnings[0].contains("spans too far"), "{:?}", loaded.summary.warnings);
+    // One point far away costs the others nothing.
     let mut rows = sphere(100);
     rows.push(vec![1e9, 0.0, 0.0]);
     let loaded = Ply::new("binary_little_endian").element("vertex", &XYZ, &rows).load();
-    assert!(loaded.summary.warnings[0].contains("spans too far"), "{:?}", loaded.summary.warnings);
+    let [line] = loaded.summary.warnings.as_slice() else { panic!("one warning") };
+    assert!(line.starts_with("1 point lies far apart"), "{line}");
 }
 
 /// Invariant: every loaded cloud can be drawn

@@ -69,9 +69,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
             Ok(())
         }
         other => {
-            anyhow::bail!(
-                "expected speed, normals, sides, radii, city, gaussians, gaussian-reading, gaussian-truth, occlusion, sampled, dump or pictures, found `{other}`"
-            )
+            anyhow::bail!("expected one of the words below, found `{other}`\n{USAGE}")
         }
     }
 }
