@@ -87,7 +87,7 @@ impl Flight<'_> {
     fn wait(&mut self) -> Result<()> {
         if self.program.says(&["pane=0", "picture"], Duration::from_secs(1)) {
             self.n_pictures += 1;
-            if self.n_pictures % TOLD_EACH == 0 {
+            if self.n_pictures.is_multiple_of(TOLD_EACH) {
                 self.tell()?;
             }
         }
