@@ -63,7 +63,10 @@ impl Field {
         const FAR: f64 = 256.0;
         let (points, _) = numbers.as_chunks::<3>();
         let bounds = Bounds::of(points.iter().map(|&point| DVec3::from_array(point)));
-        let is_far = bounds.is_some_and(|b| b.extent() > 0.0 && b.reach() > FAR * b.extent());
+        // A row of zeros among coordinates of a map is not what they are near to.
+        let core =
+            bounds.map(|all| all.without_strays(points.len(), |i| DVec3::from_array(points[i])));
+        let is_far = core.is_some_and(|b| b.extent() > 0.0 && b.reach() > FAR * b.extent());
         let values = match is_far {
             true => Buffer::F64(numbers),
             false => Buffer::F32(numbers.iter().map(|&number| number as f32).collect()),

@@ -146,7 +146,7 @@ pub(super) fn warn_if_coarse(placed: &Positions, radii: &[f32], summary: &mut Su
         };
         summary.warnings.push(format!(
             "{lie} far apart from the others, which are {:.4} units across; views of all leave them out, and the tool \
-             `outliers` removes them",
+             `outliers` removes those that stand alone",
             core.diagonal()
         ));
     }

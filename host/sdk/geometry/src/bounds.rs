@@ -3,13 +3,37 @@
 use crate::hashing;
 use glam::{DVec3, Vec3};
 
-/// Distance from the middle half of the points, in its extents, from which on others lie apart from the rest. Nothing that
-/// a device sees is as far, whose middle half is the ground within some metres.
+/// Distance from the middle half of the points, in its extents, from which on others may be strays. Few devices see as far,
+/// whose middle half is the ground within some metres; and a box so many times as large as the rest changes nothing yet
+/// that is found out about it.
 const APART: f64 = 64.0;
 
 /// Extent of all points, in that of those that do not lie apart, from which on strays hide the rest: it is a hundredth of a
 /// picture, and two of the digits that single precision has for it are lost.
 const STRETCHED: f64 = 100.0;
+
+/// Share of the points from which on those that lie apart are no strays: there is a small thing in a large scene.
+const FEW: f64 = 0.05;
+
+/// Most points that are looked at to tell where most of them are.
+const SAMPLES: usize = 20_000;
+
+/// Some of many points, always the same; those that are finite.
+fn samples(count: usize, at: impl Fn(usize) -> DVec3) -> Vec<DVec3> {
+    let sample = |i: usize| match count > SAMPLES {
+        true => at(((hashing::unit(9, i as u64) * count as f64) as usize).min(count - 1)),
+        false => at(i),
+    };
+    (0..SAMPLES.min(count)).map(sample).filter(|point| point.is_finite()).collect()
+}
+
+/// Whether those of `far` are so few of `count` that they are strays. Those that coincide count once: devices write what
+/// they have not seen as zeros.
+pub(crate) fn are_few<T: Ord>(mut far: Vec<T>, count: usize) -> bool {
+    far.sort_unstable();
+    far.dedup();
+    far.len() as f64 <= FEW * count as f64
+}
 
 /// An axis-aligned box that holds at least one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,23 +64,21 @@ impl Bounds {
 
     /// The box that most of `count` points lie in: along each axis it leaves out a `share` of them, at most a half, at
     /// each end, so that fewer strays do not change it however far away they are. It is that of some of many points, always
-    /// the same. `None` where none of these is finite, or all are one.
+    /// the same. `None` where none of these is finite, or what is left is a single place.
     #[must_use]
     pub fn of_most(count: usize, at: impl Fn(usize) -> DVec3, share: f64) -> Option<Self> {
-        const SAMPLES: usize = 20_000;
-        let sample = |i: usize| match count > SAMPLES {
-            true => at(((hashing::unit(9, i as u64) * count as f64) as usize).min(count - 1)),
-            false => at(i),
-        };
-        let samples: Vec<DVec3> =
-            (0..SAMPLES.min(count)).map(sample).filter(|point| point.is_finite()).collect();
+        let samples = samples(count, at);
         let last = samples.len().checked_sub(1)?;
         let out = ((samples.len() as f64 * share) as usize).min(last / 2);
         let mut most = Self { min: DVec3::ZERO, max: DVec3::ZERO };
         for axis in 0..3 {
             let mut along: Vec<f64> = samples.iter().map(|point| point[axis]).collect();
-            along.sort_unstable_by(f64::total_cmp);
-            (most.min[axis], most.max[axis]) = (along[out], along[last - out]);
+            let (_, low, above) = along.select_nth_unstable_by(out, f64::total_cmp);
+            most.min[axis] = *low;
+            most.max[axis] = match last - 2 * out {
+                0 => *low,
+                after => *above.select_nth_unstable_by(after - 1, f64::total_cmp).1,
+            };
         }
         (most.extent() > 0.0).then_some(most)
     }
@@ -68,12 +90,18 @@ impl Bounds {
         Self::of_most(count, at, 0.25).map(|half| half.grown(APART * half.extent()))
     }
 
-    /// The box, which is that of `count` points; where strays make it a hundred times as large as the others are, the box
-    /// of these.
+    /// The box, which is that of `count` points; where a few strays make it a hundred times as large as the others are, the
+    /// box of these.
     #[must_use]
     pub fn without_strays(self, count: usize, at: impl Fn(usize) -> DVec3) -> Self {
         let Some(near) = Self::surroundings(count, &at) else { return self };
         if near.holds(self.min) && near.holds(self.max) {
+            return self;
+        }
+        let far = samples(count, &at).into_iter().filter(|point| !near.holds(*point));
+        // The sum has one zero.
+        let bits = |point: DVec3| (point + DVec3::ZERO).to_array().map(f64::to_bits);
+        if !are_few(far.map(bits).collect(), count.min(SAMPLES)) {
             return self;
         }
         let others = Self::of((0..count).map(at).filter(|point| near.holds(*point)));
@@ -128,6 +156,24 @@ impl Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A small thing before a large one that no device saw between is no stray, however large; a few points are.
+    #[test]
+    fn many_points_far_away_are_no_strays() {
+        let thing = (0..1000).map(|i| DVec3::splat(f64::from(i) * 1e-3));
+        for (n_far, is_cut) in [(3, true), (40, true), (100, false), (800, false)] {
+            let far = (0..n_far).map(|i| DVec3::new(1e4 + f64::from(i), 0.0, 0.0));
+            let points: Vec<DVec3> = thing.clone().chain(far).collect();
+            let all = Bounds::of(points.iter().copied()).unwrap();
+            let core = all.without_strays(points.len(), |i| points[i]);
+            assert_eq!(core.extent() < 1.1, is_cut, "{n_far}: {core:?}");
+        }
+        // What a device has not seen, many times at one place, though not a quarter of all.
+        let zeros = [DVec3::splat(-1e6); 200];
+        let points: Vec<DVec3> = thing.chain(zeros).collect();
+        let all = Bounds::of(points.iter().copied()).unwrap();
+        assert!(all.without_strays(points.len(), |i| points[i]).extent() < 1.1);
+    }
 
     #[test]
     fn no_points_have_no_bounds() {

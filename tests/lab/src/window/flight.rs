@@ -42,6 +42,7 @@ pub(super) fn run(file: &str, memory: &str) -> Result<()> {
     let middle = [490, 430];
     let mut turn = 0;
     while flight.n_pictures < N_PICTURES {
+        let before = flight.n_pictures;
         turn += 1;
         // Each time around from elsewhere, and towards another place.
         let aside = [(turn * 97) % 300 - 150, (turn * 61) % 160 - 80];
@@ -49,6 +50,10 @@ pub(super) fn run(file: &str, memory: &str) -> Result<()> {
         flight.wheel([middle[0] + aside[0], middle[1] + aside[1]], 4)?;
         flight.drag(middle, [-STEP, 2])?;
         flight.wheel(middle, 5)?;
+        anyhow::ensure!(
+            flight.n_pictures > before,
+            "expected pictures, found none while the mouse moved"
+        );
     }
     // What is loaded beside comes last.
     pause(5.0);

@@ -2,27 +2,18 @@
 //! place of it.
 
 use crate::Bounds;
+use crate::bounds::are_few;
 use glam::Vec3;
 
-/// Distance from the middle half of the points from which on others are strays, in its extents. Nothing that a device sees
-/// is as far, whose middle half is the ground within some metres; and a box so many times as large as the rest
-/// changes no side yet: of rooms and bodies that were tried some turn from 1000 times on.
-const FAR: f64 = 64.0;
-
-/// Share of the points from which on those that are as far are no strays: there is a small thing in a large scene.
-const FEW: f64 = 0.05;
-
-/// Removes the indices of strays. Those that coincide count once: devices write what they have not seen as zeros.
+/// Removes the indices of strays. Of rooms and bodies that were tried some turn when a box is 1000 times as large as they
+/// are.
 pub(super) fn leave_out(positions: &[Vec3], indices: &mut Vec<u32>) {
     let at = |index: u32| positions[index as usize].as_dvec3();
-    let Some(half) = Bounds::of_most(indices.len(), |i| at(indices[i]), 0.25) else { return };
-    let near = half.grown(FAR * half.extent());
+    let Some(near) = Bounds::surroundings(indices.len(), |i| at(indices[i])) else { return };
     let is_far = |index: &u32| !near.holds(at(*index));
     let bits = |index: u32| (positions[index as usize] + Vec3::ZERO).to_array().map(f32::to_bits);
-    let mut far: Vec<[u32; 3]> = indices.iter().copied().filter(is_far).map(bits).collect();
-    far.sort_unstable();
-    far.dedup();
-    if !far.is_empty() && far.len() as f64 <= FEW * indices.len() as f64 {
+    let far: Vec<[u32; 3]> = indices.iter().copied().filter(is_far).map(bits).collect();
+    if !far.is_empty() && are_few(far, indices.len()) {
         indices.retain(|index| !is_far(index));
     }
 }
