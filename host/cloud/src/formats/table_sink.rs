@@ -19,6 +19,7 @@ use surfelshop_api::columns::{
 };
 use surfelshop_api::format::{CloudHeader, CloudSinkHost, FileColumn, Pose, check_batch};
 use surfelshop_api::{Error, Result};
+use surfelshop_geometry::silent;
 
 /// Most components of a column.
 const MAX_COMPONENTS: u32 = 1024;
@@ -139,9 +140,10 @@ impl TableSink {
             return;
         }
         let n: usize = self.parts.iter().map(|part| part.n_rows).sum();
+        let most = previews.n_points();
         let some = |part: &Part| {
             // Of each cloud its share, and so of all together as many as there may be.
-            let rows = preview::rows(n, part.n_rows);
+            let rows = preview::rows(n, part.n_rows, most);
             let columns = part.header.columns.iter().zip(&part.columns);
             let column = |(column, values): (&FileColumn, &Buffer)| {
                 values.gather(column.components as usize, &rows)
@@ -154,7 +156,7 @@ impl TableSink {
         if let Ok(parts) = parts
             && let Ok((table, source)) = (Self { parts, ..Self::default() }).finish()
         {
-            previews.show(table, source);
+            previews.show(table, source, &silent);
         }
     }
 

@@ -42,7 +42,8 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
         let reading = file.share_of_reading(options);
         let (table, source) = file.read(options, &part(options.progress, 0.0..reading))?;
         if let Some(previews) = Previews::of(options) {
-            previews.show_some(&table, &source, options);
+            let progress = part(options.progress, reading..reading);
+            previews.show_some(&table, &source, &ReadOptions { progress: &progress, ..*options });
         }
         let options = ReadOptions { progress: &part(options.progress, reading..1.0), ..*options };
         let loaded = assemble::cloud(table, source, &options)?;

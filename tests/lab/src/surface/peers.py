@@ -1,14 +1,16 @@
 """Normals of other programs, for the clouds that `surfelshop-lab surface dump FOLDER` writes.
 
     python3 peers.py normals FOLDER     degrees without sides, and the share of right sides
-    python3 peers.py speed POINTS...    processor seconds for points of a bumpy sphere
+    python3 peers.py speed POINTS...    processor seconds for points of a bumpy sphere, in turn, three times each up to 1 M
     python3 peers.py icp SURFELSHOP MODEL...  halves of models, moved and put onto each other again
 
-Needs numpy and open3d; pymeshlab, PCL's tools and CloudCompare where they are installed.
+Needs numpy and open3d; pymeshlab, PCL's tools, CloudCompare, `jets` (see jets.cpp) and `surfelshop-lab` where they are
+installed.
 """
 
 import os
 import pathlib
+import re
 import resource
 import shutil
 import subprocess
@@ -99,6 +101,13 @@ def of_cloudcompare(points, k=16):
         return np.loadtxt(found, usecols=(3, 4, 5))
 
 
+def of_cgal(points, k=16):
+    """Jets of degree 2, beside which CGAL has fits of planes."""
+    installed("jets")
+    done = subprocess.run(["jets", str(k + 1)], input=points.astype("<f4").tobytes(), check=True, capture_output=True)
+    return np.frombuffer(done.stdout, "<f4").reshape(-1, 3)
+
+
 def scores(found, truth):
     cosine = np.sum(found * truth, axis=1)
     degrees = np.degrees(np.arccos(np.clip(np.abs(cosine), 0, 1)))
@@ -115,6 +124,7 @@ def normals(folder):
         rows.append(("pymeshlab k=16", lambda: of_pymeshlab(points)))
         rows.extend((f"PCL k={k}", lambda k=k: of_pcl(points, k)) for k in (16, 64))
         rows.append(("CloudCompare", lambda: of_cloudcompare(points)))
+        rows.extend((f"CGAL k={k}", lambda k=k: of_cgal(points, k)) for k in (17, 63, 255))
         for name, find in rows:
             try:
                 rms, five, ten, right = scores(find(), truth)
@@ -134,21 +144,66 @@ def bumpy(count):
     return (at * (1 + bump)[:, None]).astype(np.float32)
 
 
+def rounds(size):
+    return 3 if size <= 1_000_000 else 1
+
+
+def of_surfelshop(size):
+    """Processor seconds of normals and radii, and the most memory, MB: as the lab says, whose points are its own."""
+    installed("surfelshop-lab")
+    done = subprocess.run(["surfelshop-lab", "surface", "speed", str(size)], check=True, capture_output=True, text=True)
+    time = float(re.search(r"all but sides ([0-9.]+)", done.stdout)[1])
+    peaks = re.search(r"peaks ([0-9, ]+) MB", done.stdout)[1].split(",")
+    return time, max(int(peaks[i]) for i in (0, 1, 3))
+
+
+def once(find, points):
+    """Processor seconds and the most memory, MB, of a program of its own: its points and Python are in it."""
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            start = seconds()
+            find(points)
+            peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+            os.write(write, f"{seconds() - start} {peak // 1000}".encode())
+        except ImportError:
+            pass
+        finally:
+            os._exit(0)
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        said = pipe.read().split()
+    os.waitpid(child, 0)
+    if not said:
+        raise ImportError(find)
+    return float(said[0]), int(said[1])
+
+
 def speed(sizes):
     for size in sizes:
         points = bumpy(size)
-        rows = [("open3d normals", of_open3d), ("pymeshlab normals", of_pymeshlab), ("PCL normals", of_pcl)]
+        programs = {
+            "open3d": of_open3d,
+            "pymeshlab": of_pymeshlab,
+            "PCL": of_pcl,
+            "CGAL jets": of_cgal,
+        }
         if size <= 1_000_000:
-            rows.append(("open3d oriented", lambda points: of_open3d(points, 16, True)))
-            rows.append(("CloudCompare normals", of_cloudcompare))
-        for name, find in rows:
-            start = seconds()
-            try:
-                find(points)
-            except ImportError:
-                continue
-            peak = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-            print(f"{size:>9} {name:<20} {seconds() - start:7.2f} s, peak {peak // 1000} MB of all so far")
+            programs["open3d oriented"] = lambda points: of_open3d(points, 16, True)
+            programs["CloudCompare"] = of_cloudcompare
+        found = {}
+        for _ in range(rounds(size)):
+            for name, find in [("surfelshop", None), *programs.items()]:
+                try:
+                    one = of_surfelshop(size) if find is None else once(find, points)
+                except ImportError:
+                    continue
+                found.setdefault(name, []).append(one)
+        for name, measured in found.items():
+            times = sorted(time for time, _ in measured)
+            peak = max(peak for _, peak in measured)
+            print(f"{size:>9} {name:<16} {times[len(times) // 2]:7.2f} s ({times[0]:.2f} to {times[-1]:.2f}), {peak} MB")
 
 
 def write_surfels(path, points, normals, radius):
