@@ -8,6 +8,9 @@ use std::collections::BinaryHeap;
 use surfelshop_api::{Projection, SurfaceSettings, View};
 use surfelshop_cloud::Transform;
 
+/// What is hidden has merged surfels so many times as large as what is visible, at most.
+const HIDDEN: f64 = 8.0;
+
 /// A view of a pyramid.
 #[derive(Clone, Copy, Debug)]
 pub struct CutView {
@@ -42,8 +45,11 @@ pub struct Cut {
     pub nodes: Vec<u32>,
     /// Their surfels.
     pub n_surfels: u64,
-    /// The largest radius of a merged surfel of theirs in pixels; infinite where one lies before the near plane.
+    /// The largest radius of a merged surfel of theirs in pixels, of those that are not hidden; infinite where one lies
+    /// before the near plane.
     pub coarsest_px: f64,
+    /// Those that would be finer if they were visible.
+    pub hidden: Vec<u32>,
     /// Nodes that would be drawn if they were in memory, the coarsest parent first.
     pub missing: Vec<u32>,
 }
@@ -86,6 +92,19 @@ impl Cut {
         at_most: u64,
         (at_hand, is_there): (impl Fn(u32) -> bool, impl Fn(u32) -> bool),
     ) -> Self {
+        Self::of_visible(nodes, view, at_most, (at_hand, is_there), |_| true)
+    }
+
+    /// The same where nodes that are not visible need not be as fine: their merged surfels have at most eight times the
+    /// radius that those of others have. They are [`hidden`](Self::hidden).
+    #[must_use]
+    pub fn of_visible(
+        nodes: &[NodeRecord],
+        view: &CutView,
+        at_most: u64,
+        (at_hand, is_there): (impl Fn(u32) -> bool, impl Fn(u32) -> bool),
+        is_visible: impl Fn(u32) -> bool,
+    ) -> Self {
         let mut cut = Self::default();
         let mut open = BinaryHeap::new();
         if nodes.first().is_some_and(|root| view.sees(root) && is_there(0)) {
@@ -100,6 +119,11 @@ impl Cut {
             };
             if record.is_leaf() || error <= view.detail_px {
                 stands(&mut cut, error);
+                continue;
+            }
+            if error <= HIDDEN * view.detail_px && !is_visible(node) {
+                cut.nodes.push(node);
+                cut.hidden.push(node);
                 continue;
             }
             let [first, count] = record.children;
@@ -124,6 +148,7 @@ impl Cut {
             }));
         }
         cut.nodes.sort_unstable();
+        cut.hidden.sort_unstable();
         cut
     }
 }
@@ -209,6 +234,12 @@ impl CutView {
         let least = towards.clamp(-1.0, 1.0).acos() - half_angle - seen_angle;
         // What rounding does to these angles is far less than a thousandth.
         least > std::f64::consts::FRAC_PI_2 + 1e-3
+    }
+
+    /// Whether a node is as fine as it has to be where it is visible.
+    #[must_use]
+    pub fn is_fine(&self, node: &NodeRecord) -> bool {
+        node.is_leaf() || self.error_px(node) <= self.detail_px
     }
 
     /// Radius in pixels of a node's largest merged surfel where it is nearest, as the rasteriser has it; 0 of a leaf.
@@ -324,6 +355,26 @@ mod tests {
         assert_eq!(cut.n_surfels, 700);
         let nothing = Cut::of(&nodes, &view(10.0), u64::MAX, (|_| true, |_| false));
         assert_eq!(nothing, Cut::default());
+    }
+
+    #[test]
+    fn what_is_not_visible_may_be_eight_times_as_coarse() {
+        let nodes = tree();
+        let cut = |view: &CutView, is_visible| {
+            Cut::of_visible(&nodes, view, u64::MAX, (|_| true, |_| true), |_| is_visible)
+        };
+        let hidden = cut(&view(40.0), false);
+        assert_eq!((hidden.nodes, hidden.hidden, hidden.coarsest_px), (vec![0], vec![0], 0.0));
+        assert_eq!(
+            cut(&view(40.0), true),
+            Cut::of(&nodes, &view(40.0), u64::MAX, (|_| true, |_| true))
+        );
+        // 0.4 units are eight pixels at 5 from the nearest point of the root.
+        assert_eq!(cut(&view(6.1), false).nodes, [0]);
+        let near = cut(&view(5.9), false);
+        assert_eq!((near.nodes, near.hidden), ((1..9).collect(), Vec::new()));
+        let all = cut(&CutView { detail_px: 0.0, ..view(40.0) }, false);
+        assert_eq!(all.nodes.len(), 8);
     }
 
     #[test]

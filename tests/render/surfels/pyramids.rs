@@ -9,7 +9,7 @@ use surfelshop_api::{Scene, View};
 use surfelshop_cloud::selection::{
     Combine, EditLayer, HiddenOnes, LayerChange, Region, RegionSelection, RegionStep,
 };
-use surfelshop_cloud::{Loaded, ReadOptions, WriteOptions};
+use surfelshop_cloud::{Buffer, Cloud, Column, Loaded, ReadOptions, WriteOptions};
 use surfelshop_image::Image;
 use surfelshop_pyramid::{IndexOptions, index};
 use surfelshop_render::{
@@ -227,10 +227,10 @@ fn edits_of_a_pyramid_are_those_of_its_cloud() {
     }
     let surface = lab.scene.surface;
     let late = edited(&opened(&path, 1 << 32), edits());
-    late.wish((&view(), None), &surface, 0.0);
+    late.wish((&view(), None), &surface, 0.0, Wait::ForNone);
     while late.is_waited_for() {
         late.wait(Duration::from_millis(20)).unwrap();
-        late.wish((&view(), None), &surface, 0.0);
+        late.wish((&view(), None), &surface, 0.0, Wait::ForNone);
     }
     let come = lab.pictures(&late, view(), 0.0, Wait::ForNone);
     assert!(come.iter().zip(&found).all(|(a, b)| a.data == b.data));
@@ -252,6 +252,81 @@ fn edits_of_a_pyramid_are_those_of_its_cloud() {
     assert!(line.contains("the edits would leave none of"), "{line}");
 }
 
+/// A wall of which one half is a fence, and walls behind it that differ in colour from place to place.
+fn walls(n: usize) -> Cloud {
+    let per_wall = n / 4;
+    let side = (per_wall as f32).sqrt() as usize;
+    let (mut position, mut color) = (Vec::new(), Vec::new());
+    for wall in 0..4 {
+        for i in 0..side * side {
+            let [x, y] = [i % side, i / side].map(|at| 2.4 * (at as f32 / side as f32 - 0.5));
+            let is_gap = wall == 0 && x > 0.0 && (x * 9.0).fract() > 0.6;
+            if is_gap {
+                continue;
+            }
+            position.extend([x, y, 0.6 - 2.4 * wall as f32]);
+            let spot = ((x * 40.0).sin() * (y * 40.0).sin() > 0.0) as u8;
+            color.extend([90 + 100 * spot, 60 * wall as u8, 200 - 100 * spot]);
+        }
+    }
+    let n = position.len() / 3;
+    let columns = vec![
+        Column::new("position", 3, Buffer::F32(position)),
+        Column::new("normal", 3, Buffer::F32([0.0, 0.0, 1.0].repeat(n))),
+        Column::new("radius", 1, Buffer::F32(vec![1.8 / side as f32; n])),
+        Column::new("color", 3, Buffer::U8(color)),
+    ];
+    Cloud::new(DVec3::ZERO, columns).unwrap()
+}
+
+/// Costs 1 s.
+#[test]
+fn what_others_hide_is_coarser_and_the_picture_is_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, path) = (folder.path().join("walls.ply"), folder.path().join("walls.surfels"));
+    surfelshop_cloud::write(&file, &walls(N), &WriteOptions::default()).unwrap();
+    let options = IndexOptions { read: ReadOptions::default(), memory: MEMORY };
+    index(&[file], &path, &options).unwrap();
+    let mut lab = Lab::new(SurfelDrawing::Processor);
+    let surface = lab.scene.surface;
+    for (eye, detail) in [([0.3, 0.1, 2.4], 0.2), ([1.4, 0.4, 1.9], 0.2), ([0.3, 0.1, 2.4], 0.3)] {
+        let view = stage::view(DVec3::from_array(eye), DVec3::ZERO, 120);
+        let plain = opened(&path, 1 << 32);
+        let missing = |wait| plain.drawn(&view, &surface, detail, wait).unwrap().n_missing();
+        while missing(Wait::ForNoneInMotion) > 0 {
+            plain.wish((&view, None), &surface, detail, Wait::ForNoneInMotion);
+            plain.wait(Duration::from_secs(60)).unwrap();
+        }
+        let used = |clouds: &Clouds, wait| {
+            clouds.drawn(&view, &surface, detail, wait).unwrap().pyramids()[0].clone()
+        };
+        let clouds = opened(&path, 1 << 32);
+        let (all, some) = (used(&plain, Wait::ForNoneInMotion), used(&clouds, Wait::ForAll));
+        assert!(some.nodes_hidden > 0 && all.nodes_hidden == 0, "{some:?}");
+        assert!(some.surfels_drawn * 4 < all.surfels_drawn * 3, "{some:?} of {all:?}");
+        assert!(some.coarsest_px.is_some_and(|px| px <= f64::from(detail)), "{some:?}");
+        let expected = lab.pictures(&plain, view, detail, Wait::ForNoneInMotion);
+        let found = lab.pictures(&clouds, view, detail, Wait::ForAll);
+        for (expected, found) in expected.iter().zip(&found) {
+            let (most, apart) = difference(expected, found);
+            assert!(most == 0.0 && apart == 0, "{eye:?}: {most}, {apart} pixels");
+        }
+        // As it comes it is the same in the end.
+        let late = opened(&path, 1 << 32);
+        let missing = || late.drawn(&view, &surface, detail, Wait::ForNone).unwrap().n_missing();
+        let mut rounds = 0;
+        while missing() > 0 {
+            late.wish((&view, None), &surface, detail, Wait::ForNone);
+            late.wait(Duration::from_secs(60)).unwrap();
+            rounds += 1;
+            assert!(rounds < 100);
+        }
+        let come = lab.pictures(&late, view, detail, Wait::ForNone);
+        assert!(come.iter().zip(&found).all(|(a, b)| a.data == b.data));
+        assert_eq!(used(&late, Wait::ForNone).surfels_drawn, some.surfels_drawn);
+    }
+}
+
 #[test]
 fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,7 +342,7 @@ fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
     let before = covered(&first);
     let mut rounds = 0;
     while missing(&clouds) > 0 {
-        clouds.wish((&view(), None), &surface, 0.0);
+        clouds.wish((&view(), None), &surface, 0.0, Wait::ForNone);
         while !clouds.wait(Duration::from_secs(60)).unwrap() {}
         let now = covered(&lab.pictures(&clouds, view(), 0.0, Wait::ForNone));
         assert!(now * 50 > before * 49, "a hole: {now} of {before} pixels");
@@ -279,7 +354,7 @@ fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
     }
     clouds.wait(Duration::ZERO).unwrap();
     // Nothing is left to be read, so nobody waits.
-    clouds.wish((&view(), None), &surface, 0.0);
+    clouds.wish((&view(), None), &surface, 0.0, Wait::ForNone);
     assert!(!clouds.is_waited_for() && !clouds.wait(Duration::from_secs(60)).unwrap());
     let all = lab.pictures(&clouds, view(), 0.0, Wait::ForNone);
     let waited = lab.pictures(&opened(&path, 1 << 32), view(), 0.0, Wait::ForAll);
@@ -304,7 +379,7 @@ fn a_flight_of_two_thousand_frames_stays_within_its_memory() {
     let (mut n_coarse, mut n_drawn, mut most) = (0, 0, 0);
     for frame in 0..2000 {
         let (view, next) = (at(frame), at(frame + 6));
-        clouds.wish((&view, Some(&next)), &surface, DETAIL);
+        clouds.wish((&view, Some(&next)), &surface, DETAIL, Wait::ForNoneInMotion);
         // A frame's time, of which the test does not wait for all.
         clouds.wait(Duration::from_millis(2)).unwrap();
         let drawn = clouds.drawn(&view, &surface, DETAIL, Wait::ForNone).unwrap();

@@ -35,7 +35,10 @@ pub struct PyramidUse {
     pub surfels_drawn: u64,
     /// See there.
     pub surfels: u64,
-    /// The largest radius of a merged surfel in pixels; none where one lies before the near plane.
+    /// Nodes that others hide and that are therefore coarser than those that are visible, at most eight times.
+    pub nodes_hidden: usize,
+    /// The largest radius of a merged surfel in pixels, of nodes that are not hidden; none where one lies before the
+    /// near plane.
     pub coarsest_px: Option<f64>,
     /// What is in memory, and what was read for it.
     pub memory: NodesInMemory,
@@ -52,16 +55,22 @@ impl std::fmt::Display for PyramidUse {
             nodes,
             surfels_drawn,
             surfels,
+            nodes_hidden,
             coarsest_px,
             memory,
             in_place,
         } = self;
+        let hidden = match nodes_hidden {
+            0 => String::new(),
+            1 => "; 1 node is hidden, and coarser than the others".to_owned(),
+            n => format!("; {n} nodes are hidden, and coarser than the others"),
+        };
         if *in_place {
             let (n, read) = (surfels_drawn.min(surfels), memory.nodes_read);
             return write!(
                 out,
-                "{file}: drawn in place from {nodes_drawn} of {nodes} cells, about {n} of {surfels} points; {read} cells \
-                 were read"
+                "{file}: drawn in place from {nodes_drawn} of {nodes} cells, about {n} of {surfels} points{hidden}; {read} \
+                 cells were read"
             );
         }
         let coarsest = match coarsest_px {
@@ -72,7 +81,7 @@ impl std::fmt::Display for PyramidUse {
         let megabytes = memory.bytes_read as f64 / 1e6;
         write!(
             out,
-            "{file}: drawn from {nodes_drawn} of {nodes} nodes, {surfels_drawn} of {surfels} surfels; {coarsest}; \
+            "{file}: drawn from {nodes_drawn} of {nodes} nodes, {surfels_drawn} of {surfels} surfels{hidden}; {coarsest}; \
              {} nodes were read, {megabytes:.1} MB",
             memory.nodes_read
         )
@@ -112,6 +121,7 @@ impl Drawn<'_> {
                 nodes: file.nodes().len(),
                 surfels_drawn: cut.n_surfels,
                 surfels: file.directory().n_surfels,
+                nodes_hidden: cut.hidden.len(),
                 coarsest_px: Some(cut.coarsest_px).filter(|px| px.is_finite()),
                 memory: pyramid.nodes().in_memory(),
                 in_place: file.is_in_place(),
@@ -164,6 +174,8 @@ pub enum Wait {
     ForAll,
     /// Those in memory; parents stand for children that are not.
     ForNone,
+    /// The same where the view is not the same for long: what is hidden is not found out.
+    ForNoneInMotion,
 }
 
 impl Clouds {
@@ -191,7 +203,7 @@ impl Clouds {
                 continue;
             };
             let at_hand = |node: u32| wait == Wait::ForAll || pyramid.nodes().has(node);
-            let cut = pyramid.cut((view, surface), detail_px, at_hand);
+            let cut = cut(pyramid, (view, surface), detail_px, (wait, at_hand))?;
             let frame = cloud.object();
             let nodes = pyramid.pyramid().nodes();
             for (part, &node) in pyramid.shown(&cut.nodes)?.into_iter().zip(&cut.nodes) {
@@ -205,17 +217,20 @@ impl Clouds {
     }
 
     /// Wishes for the nodes that a view would be drawn from and that are not in memory, the coarsest first, and behind
-    /// them for those of a view that may come next. They are read by threads of their own; returns at once.
+    /// them, in motion, for those of a view that may come next. They are read by threads of their own; returns at once.
     pub fn wish(
         &self,
         (view, next): (&View, Option<&View>),
         surface: &SurfaceSettings,
         detail_px: f32,
+        wait: Wait,
     ) {
         for Loaded { cloud, .. } in &self.loaded {
             let Some(pyramid) = self.pyramid_of(cloud) else { continue };
             let at_hand = |node| pyramid.nodes().has(node);
-            let cut = pyramid.cut((view, surface), detail_px, at_hand);
+            let cut = cut(pyramid, (view, surface), detail_px, (wait, at_hand));
+            // Whoever draws says what cannot be read.
+            let Ok(cut) = cut else { continue };
             let mut wishes = cut.missing;
             if let Some(next) = next {
                 let later = pyramid.cut((next, surface), detail_px, at_hand);
@@ -242,5 +257,18 @@ impl Clouds {
             has_arrived |= pyramid.nodes().wait(longest / n)?;
         }
         Ok(has_arrived)
+    }
+}
+
+/// The nodes of a view, of those `at_hand`.
+fn cut(
+    pyramid: &OpenPyramid,
+    view: (&View, &SurfaceSettings),
+    detail_px: f32,
+    (wait, at_hand): (Wait, impl Fn(u32) -> bool),
+) -> Result<Cut, PyramidError> {
+    match wait {
+        Wait::ForNoneInMotion => Ok(pyramid.cut(view, detail_px, at_hand)),
+        Wait::ForAll | Wait::ForNone => pyramid.visible_cut(view, detail_px, at_hand),
     }
 }

@@ -12,6 +12,7 @@ pub mod layers;
 pub mod led_tools;
 pub mod plausibility;
 pub mod probe_info;
+mod pyramid_cut;
 pub mod pyramids;
 pub mod sample;
 pub mod scenes;

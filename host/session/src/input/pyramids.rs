@@ -3,6 +3,7 @@
 use crate::input::budget::Budget;
 use crate::input::clouds::Clouds;
 use crate::input::formats::SessionFormats;
+use crate::input::pyramid_cut::VisibleNodes;
 use crate::input::tinted_nodes::TintedNodes;
 use crate::output::terminal;
 use glam::DVec3;
@@ -11,11 +12,10 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 use std::time::Instant;
 use surfelshop_api::columns::POSITION;
-use surfelshop_api::{SurfaceSettings, View};
 use surfelshop_cloud::display::{Display, Look};
 use surfelshop_cloud::selection::{Ball, EditLayer, HiddenOnes, RegionSelection, StrokeTools};
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary, Transform, memory};
-use surfelshop_pyramid::{Cut, CutView, NodeLook, Nodes, Pyramid, PyramidError};
+use surfelshop_pyramid::{NodeLook, Nodes, Pyramid, PyramidError};
 
 /// Surfels that stand for the whole: what frames it, traces it, and is given to graphs as data.
 const OVERVIEW: u64 = 500_000;
@@ -64,9 +64,13 @@ pub struct OpenPyramid {
     look: Arc<NodeLook>,
     /// Which cloud stands for the whole: the generation of its positions.
     overview: u64,
-    budget: Budget,
+    pub(super) budget: Budget,
     /// Discs are drawn no larger, scene units.
-    largest_radius: f64,
+    pub(super) largest_radius: f64,
+    /// Whether some surfels are not shown for their attributes.
+    pub(super) has_filters: bool,
+    /// What is visible in the last views of it as it is.
+    pub(super) visible: VisibleNodes,
     /// What is selected.
     selected: Option<Arc<TintedNodes>>,
     /// About which share of its surfels edits leave, 0 to 1.
@@ -176,6 +180,8 @@ fn opened(
         overview: generation(&cloud),
         budget,
         largest_radius: f64::INFINITY,
+        has_filters: false,
+        visible: VisibleNodes::default(),
         selected: None,
         left: 1.0,
         displays: Arc::default(),
@@ -213,6 +219,7 @@ impl OpenPyramid {
             nodes: Arc::new(Nodes::new(Arc::clone(pyramid), self.budget.kept())),
             overview: generation(overview),
             displays: Arc::default(),
+            visible: VisibleNodes::default(),
             ..self.clone()
         }
     }
@@ -256,6 +263,7 @@ impl OpenPyramid {
             look: look(pyramid, self.transform, &layer, None),
             overview: generation(&cloud),
             layer,
+            visible: VisibleNodes::default(),
             selected: None,
             left,
             ..self.clone()
@@ -311,6 +319,8 @@ impl OpenPyramid {
         });
         Self {
             largest_radius: largest_radius(display),
+            has_filters: !display.filters().is_empty(),
+            visible: VisibleNodes::default(),
             look: look(pyramid, self.transform, &self.layer, Some(Arc::clone(display))),
             nodes,
             overview: generation(overview),
@@ -388,7 +398,7 @@ impl OpenPyramid {
             let in_world = |(middle, radius): Ball| {
                 reaches(turn * (middle * scale) + translation, radius * scale)
             };
-            !self.layer.of(pyramid, node).1 && pyramid.ball(node).is_some_and(in_world)
+            self.is_left(node) && pyramid.ball(node).is_some_and(in_world)
         };
         self.nodes.get(&pyramid.cut_of(concerns, most), &self.look)
     }
@@ -403,21 +413,9 @@ impl OpenPyramid {
         self.nodes.pyramid()
     }
 
-    /// The nodes of a view, of those `at_hand`.
-    pub fn cut(
-        &self,
-        (view, surface): (&View, &SurfaceSettings),
-        detail_px: f32,
-        at_hand: impl Fn(u32) -> bool,
-    ) -> Cut {
-        let view = CutView {
-            largest_radius: self.largest_radius * f64::from(surface.radius_scale),
-            ..CutView::new(view, surface, &self.transform, detail_px)
-        };
-        let pyramid = self.nodes.pyramid();
-        let is_there = |node: u32| !self.layer.of(pyramid, node).1;
-        let most = self.budget.drawn(pyramid.surfel_bytes());
-        Cut::of(pyramid.nodes(), &view, most, (at_hand, is_there))
+    /// Whether edits leave something of a node.
+    pub(super) fn is_left(&self, node: u32) -> bool {
+        !self.layer.of(self.nodes.pyramid(), node).1
     }
 }
 

@@ -169,7 +169,7 @@ impl RenderWorker {
         // Measured and exported pictures have all that they need; others are drawn of what is in memory.
         let wait = match frames {
             Frames::All => Wait::ForAll,
-            Frames::One { .. } => Wait::ForNone,
+            Frames::One { .. } => for_none(request),
         };
         let is_full = request.detail.is_full();
         let clouds = &request.clouds;
@@ -229,7 +229,8 @@ impl RenderWorker {
         let before = self.last_views.insert(slot, view);
         let next = before.filter(|_| request.in_motion).map(|before| ahead(&before, &view));
         let surface = &request.scene.surface;
-        request.clouds.wish((&view, next.as_ref()), surface, node_detail(request));
+        let (detail_px, wait) = (node_detail(request), for_none(request));
+        request.clouds.wish((&view, next.as_ref()), surface, detail_px, wait);
     }
 
     /// The environment light; none where its map cannot be read, which is reported once.
@@ -247,6 +248,14 @@ fn ahead(before: &View, now: &View) -> View {
     let on = |a: DVec3, b: DVec3| b + STEPS_AHEAD * (b - a);
     let camera = Camera { eye: on(a.eye, b.eye), target: on(a.target, b.target), ..*b };
     View { camera, ..*now }
+}
+
+/// How pictures are drawn that do not wait for nodes.
+fn for_none(request: &ViewRequest) -> Wait {
+    match request.in_motion || !request.detail.is_full() {
+        true => Wait::ForNoneInMotion,
+        false => Wait::ForNone,
+    }
 }
 
 /// Radius in pixels of merged surfels of pyramids: in motion as much larger as fewer surfels are drawn.
