@@ -25,6 +25,17 @@ const FALLS_SHAPELESS: f64 = 0.45;
 /// is flatter than another.
 const SHAPELESS: f64 = 0.45;
 
+/// Mean roughness of the nearest of a leaf's points from which on all of these lie within a layer of noise: of isotropic
+/// noise it is 0.65 to 0.7, of a crease in any direction less than 0.5.
+const THICK: f64 = 0.62;
+
+/// Points of a neighbourhood within such a layer below which it may show a plane by chance: of many such neighbourhoods
+/// some do, in any direction.
+const CHANCE: f64 = 80.0;
+
+/// The power for those: about what makes up for the least of several having been taken.
+const FALLS_BY_CHANCE: f64 = 0.25;
+
 /// Larger neighbourhoods that are no better until no more are tried, where a plane shows: what few points say is chance.
 const PATIENCE: u32 = 2;
 
@@ -124,6 +135,8 @@ struct RunScratch {
     points: Vec<DVec3>,
     fits: Vec<Fit>,
     links: Vec<[u32; LINKS]>,
+    /// What the nearest of the points of a leaf say.
+    firsts: Vec<Best>,
 }
 
 /// Fits a plane to each point; `take` gets what `finish` makes of each run of points, in their order. What is kept of
@@ -184,29 +197,18 @@ impl Fitting<'_> {
 
     /// Fits the points of a leaf.
     fn fit_leaf(&self, leaf: usize, scratch: &mut RunScratch) {
-        let Self { neighbours, coarse, steps, k } = self;
+        let Self { neighbours, coarse, k, .. } = self;
         let tree = neighbours.tree();
+        let mut firsts = std::mem::take(&mut scratch.firsts);
+        firsts.clear();
+        firsts.extend(tree.leaf(leaf).map(|place| self.first(place, scratch)));
+        let sum: f64 = firsts.iter().map(|first| first.plane.roughness).sum();
+        let is_thick = sum > THICK * firsts.len() as f64;
         let mut around: Option<Vec<u32>> = None;
-        for place in tree.leaf(leaf) {
-            let grain = grain(neighbours, place);
-            let near = scratch.near.nearest(tree, place, (*k).max(LINKS));
-            let mut links = [place as u32; LINKS];
-            for (link, close) in links.iter_mut().zip(near) {
-                *link = close.place() as u32;
-            }
-            let own = &near[..near.len().min(*k)];
-            let first = plane(neighbours, place, own, grain, &mut scratch.points);
-            let least = STEP_WIDTH * steps.at(neighbours.point(place));
-            let (here, others) = (scratch.points[0], &scratch.points[1..]);
-            // Points of one step lie in rows that are no scan lines.
-            let is_line = least <= 0.0 && lines::are_line(first.normal, here, others, own);
-            let across = if is_line { self.across(place, scratch) } else { None };
-            let first = match &across {
-                Some(across) if !across.agrees_with(&first) => across.plane,
-                _ => first,
-            };
-            let mut best = Best { plane: first, failures: 0, least, across };
+        for (place, first) in tree.leaf(leaf).zip(firsts.drain(..)) {
+            let mut best = Best { is_thick, ..first };
             if best.is_wanting() {
+                let grain = grain(neighbours, place);
                 let near = scratch.wider.nearest(tree, place, 2 * k);
                 best.try_wider(plane(neighbours, place, near, grain, &mut scratch.points));
                 let point = neighbours.point(place);
@@ -220,8 +222,31 @@ impl Fitting<'_> {
                 }
             }
             scratch.fits.push(best.plane.into());
-            scratch.links.push(links);
         }
+        scratch.firsts = firsts;
+    }
+
+    /// What the nearest of a point say, which it is linked with.
+    fn first(&self, place: usize, scratch: &mut RunScratch) -> Best {
+        let Self { neighbours, steps, k, .. } = self;
+        let near = scratch.near.nearest(neighbours.tree(), place, (*k).max(LINKS));
+        let mut links = [place as u32; LINKS];
+        for (link, close) in links.iter_mut().zip(near) {
+            *link = close.place() as u32;
+        }
+        let (own, grain) = (&near[..near.len().min(*k)], grain(neighbours, place));
+        let first = plane(neighbours, place, own, grain, &mut scratch.points);
+        let least = STEP_WIDTH * steps.at(neighbours.point(place));
+        let (here, others) = (scratch.points[0], &scratch.points[1..]);
+        // Points of one step lie in rows that are no scan lines.
+        let is_line = least <= 0.0 && lines::are_line(first.normal, here, others, own);
+        let across = if is_line { self.across(place, scratch) } else { None };
+        let plane = match &across {
+            Some(across) if !across.agrees_with(&first) => across.plane,
+            _ => first,
+        };
+        scratch.links.push(links);
+        Best { plane, failures: 0, least, across, is_thick: false }
     }
 }
 
@@ -234,6 +259,8 @@ struct Best {
     least: f64,
     /// Where the nearest are of one line: what shows which planes are of the surface.
     across: Option<Across>,
+    /// Whether it lies within a layer of noise.
+    is_thick: bool,
 }
 
 impl Best {
@@ -241,14 +268,19 @@ impl Best {
     fn is_wanting(&self) -> bool {
         let is_rough = self.plane.roughness > ROUGH || self.plane.width < SLENDER;
         let is_step = self.plane.side < self.least;
-        is_step || is_rough && (self.failures < PATIENCE || self.plane.roughness > SHAPELESS)
+        let is_shapeless = self.is_thick || self.plane.roughness > SHAPELESS;
+        is_step || is_rough && (self.failures < PATIENCE || is_shapeless)
     }
 
     /// Takes a larger neighbourhood where it tells more.
     fn try_wider(&mut self, wider: Plane) {
         let plane = &self.plane;
         let is_wider = plane.width < SLENDER && wider.width > 1.2 * plane.width;
-        let falls = if plane.roughness > SHAPELESS { FALLS_SHAPELESS } else { FALLS };
+        let falls = match plane.roughness > SHAPELESS {
+            _ if self.is_thick && plane.count < CHANCE => FALLS_BY_CHANCE,
+            true => FALLS_SHAPELESS,
+            false => FALLS,
+        };
         let share = (plane.count / wider.count).powf(falls);
         let is_surer = wider.uncertainty() < share * plane.uncertainty();
         // A larger part of a step is no worse; a mixture of surfaces is.
