@@ -1,8 +1,9 @@
 //! Which nodes of a cut are visible: what others hide need not be as fine.
 //!
 //! All surfels of the cut are drawn into a grid of depths, a cell a pixel; then those of a node are looked up in it. Both
-//! err to one side: what hides is drawn where a disc covers a cell's centre, as deep as what it stands for may lie, and
-//! what is looked up reaches as far as it may be drawn, with all that it stands for.
+//! err to one side: what hides is drawn where a disc covers a pixel's centre, as deep as what it stands for may lie, and
+//! what is looked up reaches as far as it may be drawn, with all that it stands for. Only gaps that lie between the centres
+//! of pixels are overlooked, which antialiased pictures may show.
 
 use glam::{DMat4, Mat4, Vec3};
 use rayon::prelude::*;
@@ -11,10 +12,12 @@ use surfelshop_api::columns::{CLIP, OPACITY, ROUND, SPLAT_SCALE, TANGENT_U};
 use surfelshop_api::{Projection, SurfaceSettings, View};
 use surfelshop_cloud::{Buffer, Cloud, Column};
 
-/// Most cells along a side: posters are looked at in cells of several pixels.
-const MAX_CELLS: f32 = 2048.0;
+/// Most pixels along a side: of larger pictures, which a cell for each pixel would take too long for, nothing is known.
+const MAX_SIDE: u32 = 4096;
 /// What is looked up covers at most so many cells across, of the finest level where it does.
 const LOOKED_AT: u32 = 3;
+/// A disc that the low-pass widens follows its plane out of its own outline, by at most so many times the width of that.
+const SLOPE: f32 = 2.0;
 /// What is brought nearer is so by the tolerance times the longer half axis of the widened disc, at most so many times.
 const BROUGHT: f32 = 4.0;
 /// Surfels that a thread looks at.
@@ -38,10 +41,11 @@ pub struct DepthGrid {
 }
 
 impl DepthGrid {
-    /// A grid of a view in which nothing hides anything; nothing for a view without pixels.
+    /// A grid of a view in which nothing hides anything; nothing for a view without pixels or with more than 4096 along a
+    /// side.
     #[must_use]
     pub fn new(view: &View, surface: &SurfaceSettings) -> Option<Self> {
-        if view.size_px.contains(&0) {
+        if !view.size_px.iter().all(|side| (1..=MAX_SIDE).contains(side)) {
             return None;
         }
         let lens = Lens::new(view, surface);
@@ -145,15 +149,13 @@ struct Lens {
     near: f32,
     radius_scale: f32,
     tolerance: f32,
-    /// Radius of the low-pass in cells.
+    /// Radius of the low-pass in pixels.
     low_pass: f32,
 }
 
 impl Lens {
     fn new(view: &View, surface: &SurfaceSettings) -> Self {
-        let longest = view.size_px[0].max(view.size_px[1]) as f32;
-        let pixels = (longest / MAX_CELLS).max(1.0);
-        let size = view.size_px.map(|side| ((side as f32 / pixels).round() as u32).max(1));
+        let size = view.size_px;
         let half = view.half_extent().map(|half| half as f32);
         Self {
             size,
@@ -164,7 +166,7 @@ impl Lens {
             near: view.near as f32,
             radius_scale: surface.radius_scale,
             tolerance: surface.depth_tolerance,
-            low_pass: surface.low_pass / pixels,
+            low_pass: surface.low_pass,
         }
     }
 
@@ -203,11 +205,12 @@ impl Lens {
             return;
         }
         let towards = if self.orthographic { normal.z } else { -normal.dot(center) };
-        if towards == 0.0 || (!self.two_sided && towards < 0.0) {
+        // Neither of what is not a number.
+        if !(towards > 0.0 || (self.two_sided && towards < 0.0)) {
             return;
         }
         // Bits of floats above 0 are in the order of these.
-        let deeper = apart + self.tolerance * radius;
+        let deeper = apart + self.tolerance * radius + self.led_out(distance);
         let middle = self.cell(center);
         let at = middle.map(f32::floor);
         let offset2: f32 = [0, 1].map(|axis| (middle[axis] - at[axis] - 0.5).powi(2)).iter().sum();
@@ -237,8 +240,10 @@ impl Lens {
         for y in rows.0..=rows.1 {
             for x in columns.0..=columns.1 {
                 let cell = &depths[(y * self.size[0] + x) as usize];
-                let below = f32::from_bits(cell.load(Ordering::Relaxed)) - deeper;
-                if let Some(depth) = self.depth([x, y], disc, below) {
+                let there = cell.load(Ordering::Relaxed);
+                if let Some(depth) =
+                    self.depth([x, y], disc, |depth| (depth + deeper).to_bits() < there)
+                {
                     cell.fetch_min((depth + deeper).to_bits(), Ordering::Relaxed);
                 }
             }
@@ -252,6 +257,12 @@ impl Lens {
         [0, 1].map(|axis| (seen[axis] + self.half[axis]) / self.step[axis])
     }
 
+    /// How far along the viewing axis a disc may be drawn out of its own depths, where the low-pass widens it.
+    fn led_out(&self, distance: f32) -> f32 {
+        let scale = if self.orthographic { 1.0 } else { distance };
+        SLOPE * self.low_pass * self.step[0].max(self.step[1]) * scale
+    }
+
     /// Where the ray through a cell's centre begins, and its direction.
     fn ray(&self, cell: [u32; 2]) -> (Vec3, Vec3) {
         let [x, y] =
@@ -262,16 +273,17 @@ impl Lens {
         }
     }
 
-    /// Distance along the viewing axis at which the ray through a cell's centre meets a disc; nothing where it does not.
+    /// Distance along the viewing axis at which the ray through a cell's centre meets a disc; nothing where it does not,
+    /// or that distance does not matter.
     fn depth(
         &self,
         cell: [u32; 2],
         Disc { center, normal, radius }: Disc,
-        below: f32,
+        matters: impl Fn(f32) -> bool,
     ) -> Option<f32> {
         let (start, direction) = self.ray(cell);
         let depth = normal.dot(center - start) / normal.dot(direction);
-        if !(depth > 0.0 && depth < below) {
+        if !(depth > 0.0 && matters(depth)) {
             return None;
         }
         let off = start + direction * depth - center;
@@ -309,7 +321,8 @@ impl Lens {
             return distance + reach > self.near;
         }
         let widened = radius + self.low_pass * self.step[1] * before;
-        let nearest = distance - reach - BROUGHT * self.tolerance * widened;
+        let nearest =
+            distance - reach - BROUGHT * self.tolerance * widened - self.led_out(distance);
         let middle = self.cell(center);
         let range = |axis: usize| {
             let along = if self.orthographic { 0.0 } else { center[axis].abs() / distance };

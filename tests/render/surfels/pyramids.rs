@@ -311,16 +311,25 @@ fn what_others_hide_is_coarser_and_the_picture_is_the_same() {
             let (most, apart) = difference(expected, found);
             assert!(most == 0.0 && apart == 0, "{eye:?}: {most}, {apart} pixels");
         }
-        // As it comes it is the same in the end.
+        // As it comes it is the same in the end, and never coarser than what is in memory.
         let late = opened(&path, 1 << 32);
-        let missing = || late.drawn(&view, &surface, detail, Wait::ForNone).unwrap().n_missing();
+        let drawn = || late.drawn(&view, &surface, detail, Wait::ForNone).unwrap();
         let mut rounds = 0;
-        while missing() > 0 {
+        loop {
+            let now = drawn();
+            if !now.is_provisional() {
+                break;
+            }
+            assert_eq!(now.pyramids()[0].nodes_hidden, 0, "it is not known yet");
             late.wish((&view, None), &surface, detail, Wait::ForNone);
             late.wait(Duration::from_secs(60)).unwrap();
             rounds += 1;
             assert!(rounds < 100);
         }
+        // From what is in memory after motion.
+        let n_moving = used(&plain, Wait::ForNoneInMotion).surfels_drawn;
+        let first = plain.drawn(&view, &surface, detail, Wait::ForNone).unwrap();
+        assert_eq!(first.pyramids()[0].surfels_drawn, n_moving);
         let come = lab.pictures(&late, view, detail, Wait::ForNone);
         assert!(come.iter().zip(&found).all(|(a, b)| a.data == b.data));
         assert_eq!(used(&late, Wait::ForNone).surfels_drawn, some.surfels_drawn);

@@ -23,6 +23,9 @@ const WORTHWHILE: usize = 3;
 /// The second preview of points that are all read has one of so many: it delays the whole by as large a share.
 const SECOND: usize = 16;
 
+/// The most points while a file is read: estimates for these end in about a second, and nothing ends them sooner.
+const MOST_WHILE_READING: usize = 500_000;
+
 /// While a file is read, previews have as many points as are estimated in about a tenth of the time that passed.
 const PASSED: u32 = 4;
 
@@ -61,7 +64,7 @@ impl Previews {
     /// How many points a preview of what was read so far may have.
     pub(crate) fn n_points(&self) -> usize {
         let passed = self.started.elapsed().as_secs_f64() / (PASSED * FIRST).as_secs_f64();
-        ((PREVIEW_POINTS as f64 * passed) as usize).clamp(PREVIEW_POINTS, MOST)
+        ((PREVIEW_POINTS as f64 * passed) as usize).clamp(PREVIEW_POINTS, MOST_WHILE_READING)
     }
 
     /// Shows a table of few points. Where these make no cloud, nothing is shown: the whole file will say why.
@@ -147,6 +150,7 @@ mod tests {
         assert_eq!(first, drawn[..first.len()]);
         assert_eq!(rows(100, 7, PREVIEW_POINTS), [0, 1, 2, 3, 4, 5, 6]);
     }
+
     #[test]
     fn the_whole_is_delayed_by_little() {
         let sizes = |n: usize| sizes(n).collect::<Vec<_>>();

@@ -20,6 +20,8 @@ pub struct Drawn<'a> {
     objects: Vec<PartOf>,
     /// The nodes of each pyramid.
     cuts: Vec<(&'a OpenPyramid, Cut)>,
+    /// Whether it is not known yet what of them is hidden.
+    is_provisional: bool,
 }
 
 /// What a view is drawn from of a pyramid.
@@ -109,6 +111,11 @@ impl Drawn<'_> {
     /// Nodes that would be drawn, and are not in memory.
     pub fn n_missing(&self) -> usize {
         self.cuts.iter().map(|(_, cut)| cut.missing.len()).sum()
+    }
+
+    /// Whether the next picture of the view may be drawn from other nodes.
+    pub fn is_provisional(&self) -> bool {
+        self.is_provisional || self.n_missing() > 0
     }
 
     /// What is drawn of each pyramid.
@@ -203,7 +210,9 @@ impl Clouds {
                 continue;
             };
             let at_hand = |node: u32| wait == Wait::ForAll || pyramid.nodes().has(node);
-            let cut = cut(pyramid, (view, surface), detail_px, (wait, at_hand))?;
+            // One step a picture, so that whoever draws is not held up.
+            let (cut, is_final) = cut(pyramid, (view, surface), detail_px, (wait, at_hand), 1)?;
+            drawn.is_provisional |= !is_final;
             let frame = cloud.object();
             let nodes = pyramid.pyramid().nodes();
             for (part, &node) in pyramid.shown(&cut.nodes)?.into_iter().zip(&cut.nodes) {
@@ -228,9 +237,9 @@ impl Clouds {
         for Loaded { cloud, .. } in &self.loaded {
             let Some(pyramid) = self.pyramid_of(cloud) else { continue };
             let at_hand = |node| pyramid.nodes().has(node);
-            let cut = cut(pyramid, (view, surface), detail_px, (wait, at_hand));
+            let cut = cut(pyramid, (view, surface), detail_px, (wait, at_hand), 0);
             // Whoever draws says what cannot be read.
-            let Ok(cut) = cut else { continue };
+            let Ok((cut, _)) = cut else { continue };
             let mut wishes = cut.missing;
             if let Some(next) = next {
                 let later = pyramid.cut((next, surface), detail_px, at_hand);
@@ -260,15 +269,18 @@ impl Clouds {
     }
 }
 
-/// The nodes of a view, of those `at_hand`.
+/// The nodes of a view, of those `at_hand`, and whether these are the ones that it ends with once they are there. What is
+/// hidden is found out in so many steps.
 fn cut(
     pyramid: &OpenPyramid,
     view: (&View, &SurfaceSettings),
     detail_px: f32,
     (wait, at_hand): (Wait, impl Fn(u32) -> bool),
-) -> Result<Cut, PyramidError> {
+    steps: usize,
+) -> Result<(Cut, bool), PyramidError> {
     match wait {
-        Wait::ForNoneInMotion => Ok(pyramid.cut(view, detail_px, at_hand)),
-        Wait::ForAll | Wait::ForNone => pyramid.visible_cut(view, detail_px, at_hand),
+        Wait::ForNoneInMotion => Ok((pyramid.cut(view, detail_px, at_hand), true)),
+        Wait::ForAll => pyramid.visible_cut(view, detail_px, at_hand, usize::MAX),
+        Wait::ForNone => pyramid.visible_cut(view, detail_px, at_hand, steps),
     }
 }

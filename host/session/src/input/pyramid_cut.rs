@@ -15,6 +15,9 @@ const WORTHWHILE: u64 = 8;
 /// Tenths of what may be hidden that are visible where finding out more is given up: as from above a city.
 const ALMOST_ALL: usize = 9;
 
+/// How far points of cells that are read in place may lie from the coarser ones, in spacings of these.
+const IN_PLACE: f64 = 2.0;
+
 /// A cut is refined so many times at most where something becomes visible. Five to seven were seen; beyond these all
 /// counts as visible.
 const ROUNDS: usize = 24;
@@ -23,64 +26,63 @@ const ROUNDS: usize = 24;
 #[derive(Clone, Default)]
 pub(super) struct VisibleNodes(Arc<Mutex<VecDeque<Known>>>);
 
-/// A view, with what it shows.
+/// A view of a pyramid as fine as so many pixels.
+type Of = (View, SurfaceSettings, f32);
+
+/// A view, with the nodes that it shows of those that could be finer.
 struct Known {
-    of: (View, SurfaceSettings, f32),
+    of: Of,
     shows: Shows,
 }
 
-/// The nodes that a view shows, of those that could be finer.
-#[derive(Clone)]
 enum Shows {
     /// These, and maybe others.
-    Some(Arc<HashSet<u32>>),
+    Some(Search),
     /// These and no others.
-    These(Arc<HashSet<u32>>),
+    These(HashSet<u32>),
     /// All, as far as it is worthwhile to find out.
     All,
+}
+
+/// What is known while it is found out what a view shows.
+struct Search {
+    grid: DepthGrid,
+    /// Nodes that are in the grid for good.
+    added: HashSet<u32>,
+    /// Those that are visible.
+    found: HashSet<u32>,
+    n_rounds: usize,
+}
+
+impl VisibleNodes {
+    /// What is known of a view is looked at, or changed; what is in there is only ever changed whole.
+    fn with<T>(&self, work: impl FnOnce(&mut VecDeque<Known>) -> T) -> T {
+        work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Takes out what is known of a view.
+    fn take(&self, of: &Of) -> Option<Shows> {
+        self.with(|all| {
+            let at = all.iter().position(|known| known.of == *of)?;
+            all.remove(at).map(|known| known.shows)
+        })
+    }
+
+    fn put(&self, of: Of, shows: Shows) {
+        self.with(|all| {
+            all.truncate(REMEMBERED - 1);
+            all.push_front(Known { of, shows });
+        });
+    }
 }
 
 impl Shows {
     fn has(&self, node: u32) -> bool {
         match self {
-            Self::Some(these) | Self::These(these) => these.contains(&node),
+            Self::Some(search) => search.found.contains(&node),
+            Self::These(these) => these.contains(&node),
             Self::All => true,
         }
-    }
-
-    /// What is known when these are found, of so many that were asked about.
-    fn with(self, found: Vec<u32>, n_asked: usize) -> Self {
-        match self {
-            Self::Some(these) if found.is_empty() => Self::These(these),
-            Self::Some(_) if 10 * found.len() > ALMOST_ALL * n_asked => Self::All,
-            Self::Some(mut these) => {
-                Arc::make_mut(&mut these).extend(found);
-                Self::Some(these)
-            }
-            known => known,
-        }
-    }
-}
-
-impl VisibleNodes {
-    /// What is in there is only ever changed whole.
-    fn with<T>(&self, work: impl FnOnce(&mut VecDeque<Known>) -> T) -> T {
-        work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    fn get(&self, of: &(View, SurfaceSettings, f32)) -> Shows {
-        let known = |all: &mut VecDeque<Known>| {
-            all.iter().find(|known| known.of == *of).map(|known| known.shows.clone())
-        };
-        self.with(known).unwrap_or_else(|| Shows::Some(Arc::default()))
-    }
-
-    fn put(&self, known: Known) {
-        self.with(|all| {
-            all.retain(|other| other.of != known.of);
-            all.truncate(REMEMBERED - 1);
-            all.push_front(known);
-        });
     }
 }
 
@@ -95,11 +97,12 @@ impl OpenPyramid {
         self.cut_of(&self.cut_view((view, surface), detail_px), at_hand, |_| true)
     }
 
-    /// The same where nodes that others hide stay coarser.
+    /// The same where nodes that others hide stay coarser, and whether it is known by now which these are.
     ///
     /// Drawn coarsely first, nodes that turn out to be visible are refined, until those that are visible are fine enough.
-    /// So what is seen through a gap is seen once what surrounds the gap is fine. The outcome follows from the view and
-    /// the nodes; where some are missing that decide, it is the cut as far as is known without them.
+    /// So what lies behind a gap is refined once what surrounds the gap is fine. The outcome follows from the view and the
+    /// nodes. As long as it is not known all nodes count as visible, and those that are missing are the ones by which
+    /// it will be known.
     ///
     /// # Errors
     /// Where a node cannot be read.
@@ -108,26 +111,51 @@ impl OpenPyramid {
         (view, surface): (&View, &SurfaceSettings),
         detail_px: f32,
         at_hand: impl Fn(u32) -> bool,
-    ) -> Result<Cut, PyramidError> {
+        most_rounds: usize,
+    ) -> Result<(Cut, bool), PyramidError> {
         let cut_view = self.cut_view((view, surface), detail_px);
-        // Merged values may be filtered out where those of leaves are not.
-        if self.has_filters || detail_px <= 0.0 || !self.is_worthwhile(&cut_view) {
-            return Ok(self.cut_of(&cut_view, at_hand, |_| true));
-        }
         let of = (*view, *surface, detail_px);
-        let mut shows = self.visible.get(&of);
-        let Some(mut search) = Search::new(view, surface) else { return Ok(Cut::default()) };
-        for _ in 0..ROUNDS {
+        let mut shows = self
+            .visible
+            .take(&of)
+            .unwrap_or_else(|| self.nothing_known((view, surface), &cut_view));
+        let mut n_rounds = 0;
+        let cut = loop {
             let cut = self.cut_of(&cut_view, &at_hand, |node| shows.has(node));
-            let is_known = !matches!(shows, Shows::Some(_)) || cut.hidden.is_empty();
-            if is_known || !cut.missing.is_empty() {
-                return Ok(cut);
+            let Shows::Some(search) = &mut shows else { break (cut, true) };
+            if !cut.missing.is_empty() || n_rounds >= most_rounds {
+                let all = self.cut_of(&cut_view, &at_hand, |_| true);
+                break (Cut { missing: cut.missing, ..all }, false);
             }
             let found = search.visible_of(self, &cut, &cut_view)?;
-            shows = shows.with(found, cut.hidden.len());
-            self.visible.put(Known { of, shows: shows.clone() });
+            n_rounds += 1;
+            search.n_rounds += 1;
+            if found.is_empty() {
+                shows = Shows::These(std::mem::take(&mut search.found));
+            } else if 10 * found.len() > ALMOST_ALL * cut.hidden.len() || search.n_rounds > ROUNDS {
+                shows = Shows::All;
+            } else {
+                search.found.extend(found);
+            }
+        };
+        self.visible.put(of, shows);
+        Ok(cut)
+    }
+
+    /// What is known of a view at first. Merged values may be filtered out, or edited away, where those of leaves are not.
+    fn nothing_known(
+        &self,
+        (view, surface): (&View, &SurfaceSettings),
+        cut_view: &CutView,
+    ) -> Shows {
+        let is_as_in_file = !self.has_filters && self.layer().is_empty();
+        if !is_as_in_file || cut_view.detail_px <= 0.0 || !self.is_worthwhile(cut_view) {
+            return Shows::All;
         }
-        Ok(self.cut_of(&cut_view, at_hand, |_| true))
+        DepthGrid::new(view, surface).map_or(Shows::All, |grid| {
+            let (added, found) = (HashSet::new(), HashSet::new());
+            Shows::Some(Search { grid, added, found, n_rounds: 0 })
+        })
     }
 
     /// Whether a view is drawn from so many surfels, whatever memory holds, that most of them may be hidden.
@@ -156,18 +184,7 @@ impl OpenPyramid {
     }
 }
 
-/// What is known while it is found out what a view shows.
-struct Search {
-    grid: DepthGrid,
-    /// Nodes that are in the grid for good.
-    added: HashSet<u32>,
-}
-
 impl Search {
-    fn new(view: &View, surface: &SurfaceSettings) -> Option<Self> {
-        Some(Self { grid: DepthGrid::new(view, surface)?, added: HashSet::new() })
-    }
-
     /// Those of the hidden nodes of a cut that are visible.
     fn visible_of(
         &mut self,
@@ -176,11 +193,13 @@ impl Search {
         view: &CutView,
     ) -> Result<Vec<u32>, PyramidError> {
         let (records, scale) = (pyramid.pyramid().nodes(), pyramid.transform().scale);
+        // Points of cells lie up to a few of their spacings apart.
+        let in_place = if pyramid.pyramid().is_in_place() { IN_PLACE } else { 1.0 };
         let new = cut.nodes.iter().copied().filter(|node| !self.added.contains(node));
         let new: Vec<u32> = new.collect();
         let clouds = pyramid.shown(&new)?;
         let shown = |(cloud, &node): (_, &u32)| {
-            let apart = f64::from(records[node as usize].apart) * scale;
+            let apart = f64::from(records[node as usize].apart) * scale * in_place;
             (node, ShownNode { cloud, apart: apart as f32 })
         };
         let nodes = clouds.iter().map(|cloud| &**cloud).zip(&new).map(shown);

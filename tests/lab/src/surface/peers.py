@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import traceback
 
 import numpy as np
 
@@ -169,6 +170,8 @@ def once(find, points):
             os.write(write, f"{seconds() - start} {peak // 1000}".encode())
         except ImportError:
             pass
+        except Exception:
+            traceback.print_exc()
         finally:
             os._exit(0)
     os.close(write)

@@ -205,7 +205,7 @@ impl RenderWorker {
                 self.session.frame_view(view, &of_index, shift_px)?
             }
         };
-        if drawn.n_missing() > 0 {
+        if drawn.is_provisional() {
             // Of other nodes it is another scene, which renderers begin anew.
             (frame.rendered.wants_another_frame, frame.n_frames) = (true, 0);
         }
