@@ -211,8 +211,8 @@ impl Clouds {
             };
             let at_hand = |node: u32| wait == Wait::ForAll || pyramid.nodes().has(node);
             // One step a picture, so that whoever draws is not held up.
-            let (cut, is_final) = cut(pyramid, (view, surface), detail_px, (wait, at_hand), 1)?;
-            drawn.is_provisional |= !is_final;
+            let (cut, needed) = cut(pyramid, (view, surface), detail_px, (wait, at_hand), 1)?;
+            drawn.is_provisional |= needed.is_some();
             let frame = cloud.object();
             let nodes = pyramid.pyramid().nodes();
             for (part, &node) in pyramid.shown(&cut.nodes)?.into_iter().zip(&cut.nodes) {
@@ -239,13 +239,14 @@ impl Clouds {
             let at_hand = |node| pyramid.nodes().has(node);
             let cut = cut(pyramid, (view, surface), detail_px, (wait, at_hand), 0);
             // Whoever draws says what cannot be read.
-            let Ok((cut, _)) = cut else { continue };
-            let mut wishes = cut.missing;
+            let Ok((cut, needed)) = cut else { continue };
+            let (mut in_use, mut wishes) = (cut.nodes, cut.missing);
+            in_use.extend(needed.into_iter().flatten());
             if let Some(next) = next {
                 let later = pyramid.cut((next, surface), detail_px, at_hand);
                 wishes.extend(later.missing.into_iter().take(PREFETCHED));
             }
-            pyramid.wish(&cut.nodes, wishes);
+            pyramid.wish(&in_use, wishes);
         }
     }
 
@@ -269,17 +270,17 @@ impl Clouds {
     }
 }
 
-/// The nodes of a view, of those `at_hand`, and whether these are the ones that it ends with once they are there. What is
-/// hidden is found out in so many steps.
+/// The nodes of a view, of those `at_hand`; where it is not known what of them is hidden, also those by which that is found
+/// out. So many steps are taken towards it.
 fn cut(
     pyramid: &OpenPyramid,
     view: (&View, &SurfaceSettings),
     detail_px: f32,
     (wait, at_hand): (Wait, impl Fn(u32) -> bool),
     steps: usize,
-) -> Result<(Cut, bool), PyramidError> {
+) -> Result<(Cut, Option<Vec<u32>>), PyramidError> {
     match wait {
-        Wait::ForNoneInMotion => Ok((pyramid.cut(view, detail_px, at_hand), true)),
+        Wait::ForNoneInMotion => Ok((pyramid.cut(view, detail_px, at_hand), None)),
         Wait::ForAll => pyramid.visible_cut(view, detail_px, at_hand, usize::MAX),
         Wait::ForNone => pyramid.visible_cut(view, detail_px, at_hand, steps),
     }

@@ -97,12 +97,13 @@ impl OpenPyramid {
         self.cut_of(&self.cut_view((view, surface), detail_px), at_hand, |_| true)
     }
 
-    /// The same where nodes that others hide stay coarser, and whether it is known by now which these are.
+    /// The same where nodes that others hide stay coarser; as long as it is not known which these are, with the nodes by
+    /// which that is found out.
     ///
     /// Drawn coarsely first, nodes that turn out to be visible are refined, until those that are visible are fine enough.
     /// So what lies behind a gap is refined once what surrounds the gap is fine. The outcome follows from the view and the
-    /// nodes. As long as it is not known all nodes count as visible, and those that are missing are the ones by which
-    /// it will be known.
+    /// nodes. As long as it is not known all nodes count as visible, and the missing ones are of those by which it is found
+    /// out.
     ///
     /// # Errors
     /// Where a node cannot be read.
@@ -112,7 +113,7 @@ impl OpenPyramid {
         detail_px: f32,
         at_hand: impl Fn(u32) -> bool,
         most_rounds: usize,
-    ) -> Result<(Cut, bool), PyramidError> {
+    ) -> Result<(Cut, Option<Vec<u32>>), PyramidError> {
         let cut_view = self.cut_view((view, surface), detail_px);
         let of = (*view, *surface, detail_px);
         let mut shows = self
@@ -122,10 +123,10 @@ impl OpenPyramid {
         let mut n_rounds = 0;
         let cut = loop {
             let cut = self.cut_of(&cut_view, &at_hand, |node| shows.has(node));
-            let Shows::Some(search) = &mut shows else { break (cut, true) };
+            let Shows::Some(search) = &mut shows else { break (cut, None) };
             if !cut.missing.is_empty() || n_rounds >= most_rounds {
                 let all = self.cut_of(&cut_view, &at_hand, |_| true);
-                break (Cut { missing: cut.missing, ..all }, false);
+                break (Cut { missing: cut.missing, ..all }, Some(cut.nodes));
             }
             let found = search.visible_of(self, &cut, &cut_view)?;
             n_rounds += 1;
