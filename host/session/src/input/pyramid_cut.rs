@@ -37,7 +37,7 @@ struct Known {
 
 enum Shows {
     /// These, and maybe others.
-    Some(Search),
+    Some(Box<Search>),
     /// These and no others.
     These(HashSet<u32>),
     /// All, as far as it is worthwhile to find out.
@@ -155,7 +155,7 @@ impl OpenPyramid {
         }
         DepthGrid::new(view, surface).map_or(Shows::All, |grid| {
             let (added, found) = (HashSet::new(), HashSet::new());
-            Shows::Some(Search { grid, added, found, n_rounds: 0 })
+            Shows::Some(Box::new(Search { grid, added, found, n_rounds: 0 }))
         })
     }
 
