@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 use surfelshop_geometry::Progress;
 use surfelshop_geometry::hashing::scattered;
 
-/// Points of the first preview. What they lack is estimated in a fifth of a second of two cores.
+/// Points of the first preview. What they lack is estimated in about a second of two cores, most of which is for the sides
+/// that can be seen.
 pub const PREVIEW_POINTS: usize = 100_000;
 
 /// The most points of a later one: more take longer to put in order and to draw than they stay in sight.
@@ -23,10 +24,11 @@ const WORTHWHILE: usize = 3;
 /// The second preview of points that are all read has one of so many: it delays the whole by as large a share.
 const SECOND: usize = 16;
 
-/// The most points while a file is read: estimates for these end in about a second, and nothing ends them sooner.
+/// The most points while a file is read: estimates for these end in about two seconds, and nothing ends them sooner.
 const MOST_WHILE_READING: usize = 500_000;
 
-/// While a file is read, previews have as many points as are estimated in about a tenth of the time that passed.
+/// While a file is read, later previews have as many points as the first one for each so many of its waits that have
+/// passed: estimating them takes up to a quarter of that time.
 const PASSED: u32 = 4;
 
 /// Time after which the points that were read so far are shown, and then again after some times as long.

@@ -18,8 +18,8 @@ const ALMOST_ALL: usize = 9;
 /// How far points of cells that are read in place may lie from the coarser ones, in spacings of these.
 const IN_PLACE: f64 = 2.0;
 
-/// A cut is refined so many times at most where something becomes visible. Five to seven were seen; beyond these all
-/// counts as visible.
+/// A cut is refined so many times at most where something becomes visible; after that all counts as visible. What is
+/// hidden is three levels coarser at most, and a gap shows what is behind it once its edges are fine.
 const ROUNDS: usize = 24;
 
 /// What is known of the last views.
