@@ -1,6 +1,6 @@
 //! A cloud to be drawn, and the same in a view.
 
-use crate::columns::Columns;
+use crate::columns::{Columns, Geometry};
 use crate::view::Eye;
 use glam::Mat4;
 
@@ -8,6 +8,8 @@ use glam::Mat4;
 pub struct Cloud<'a> {
     /// Its columns.
     pub columns: &'a Columns,
+    /// What parts of them are made of that are not there yet: the cloud that they were made of. None where all are.
+    pub geometry: Option<Geometry<'a>>,
     /// Rigid motion from its positions to view space, scaled to units of drawing.
     pub view_from_cloud: Mat4,
     /// The number of its first surfel in the picture, above 0.

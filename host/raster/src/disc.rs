@@ -3,7 +3,8 @@
 //!
 //! What they compute and why stands there.
 
-use crate::columns::{Columns, Shape};
+use crate::columns::Columns;
+use crate::columns::geometry::Shape;
 use crate::lanes::{F, M, V, larger, length2, smaller};
 use crate::view::Eye;
 use fearless_simd::prelude::*;
@@ -75,8 +76,9 @@ pub(crate) fn load_discs<S: Simd>(
 ) -> Option<Discs<S>> {
     let splat = |value: f32| F::splat(simd, value);
     let zero = splat(0.0);
-    let center = eye.point(columns.positions.at(simd, group));
-    let n_view = eye.direction(columns.normals.at(simd, group));
+    let (part, at) = columns.geometry(group);
+    let center = eye.point(part.positions.at(simd, at));
+    let n_view = eye.direction(part.normals.at(simd, at));
     let facing = if eye.orthographic { n_view.z } else { -n_view.dot(center) };
     let back = !facing.simd_ge(zero);
     let mut seen = !back | M::splat(simd, eye.two_sided);
@@ -84,9 +86,9 @@ pub(crate) fn load_discs<S: Simd>(
     if !(columns.has_round || seen.any_true()) {
         return None;
     }
-    let (axis_u, axis_v, reach) = match &columns.shape {
+    let (axis_u, axis_v, reach) = match &part.shape {
         Shape::Radius(radii) => {
-            let size = radii.at(simd, group);
+            let size = radii.at(simd, at);
             let mut reach = size.abs() * eye.radius_scale;
             let mut axis = n_view;
             if columns.has_round {
@@ -108,7 +110,7 @@ pub(crate) fn load_discs<S: Simd>(
         Shape::Tangents(u, v) => {
             let scale = splat(eye.tangent_scale);
             let axis = |lanes: V<S>| eye.offset(lanes).times(scale);
-            let (u, v) = (axis(u.at(simd, group)), axis(v.at(simd, group)));
+            let (u, v) = (axis(u.at(simd, at)), axis(v.at(simd, at)));
             (u, v, longer_half_axis(u, v))
         }
     };

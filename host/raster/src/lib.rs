@@ -33,7 +33,7 @@ mod tile;
 mod view;
 
 pub use cloud::Cloud;
-pub use columns::{Albedo, Columns, Merging, Sources, radius_drawn};
+pub use columns::{Albedo, Columns, Geometry, Merging, Sources, radius_drawn};
 pub use coverage::{Coverage, Rectangle};
 pub use fields::Splats;
 pub use level_of_detail::merge::{Sample, merge_all, merge_neighbours};
@@ -105,6 +105,7 @@ fn draw_with(
         })
         .collect();
     let placed = cull::visible_blocks(&in_view);
+    make_parts(clouds, &placed);
     picture.drawn = DrawCounts {
         blocks: placed.len(),
         surfels: placed.iter().map(|placed| n_surfels(&in_view, placed)).sum(),
@@ -136,6 +137,23 @@ fn draw_with(
         picture.forget();
     }
     picture.spent = spent.into_inner().unwrap_or_else(PoisonError::into_inner);
+}
+
+/// Makes the parts of clouds that are drawn and not there yet.
+fn make_parts(clouds: &[Cloud<'_>], placed: &[VisibleBlock]) {
+    let missing = |placed: &VisibleBlock| {
+        let columns = clouds[placed.cloud as usize].columns;
+        let first = columns.blocks[placed.block as usize].first;
+        Some((placed.cloud as usize, columns.missing_part(first)?))
+    };
+    let mut all: Vec<(usize, usize)> = placed.iter().filter_map(missing).collect();
+    all.sort_unstable();
+    all.dedup();
+    all.par_iter().for_each(|&(cloud, number)| {
+        if let Cloud { columns, geometry: Some(geometry), .. } = &clouds[cloud] {
+            columns.make_part(number, geometry);
+        }
+    });
 }
 
 /// Surfels of a block, filled up to whole groups.

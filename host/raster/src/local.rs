@@ -1,7 +1,8 @@
 //! What varies over a surfel: the normals of a field, and the lines that cut it. Twins of the functions
 //! of `local.wgsl` of `host/render`.
 
-use crate::columns::{Columns, Shape};
+use crate::columns::Columns;
+use crate::columns::geometry::Shape;
 use crate::lanes::{F, M, V};
 use fearless_simd::prelude::*;
 use glam::{Vec2, Vec3};
@@ -55,18 +56,19 @@ impl Local {
         with_fields: bool,
     ) -> Option<Self> {
         let splats = &columns.splats;
-        let Shape::Tangents(u, v) = &columns.shape else { return None };
+        let (part, at) = columns.geometry_at(drawn.place);
+        let Shape::Tangents(u, v) = &part.shape else { return None };
         let field = splats.fields.as_ref().filter(|_| with_fields);
         let field = field.and_then(|fields| fields.get(drawn.place));
         let clip = splats.clip(drawn.place).filter(|clip| clip[6] > 0.5);
         if field.is_none() && clip.is_none() {
             return None;
         }
-        let raw = [u, v].map(|axis| Vec3::from(axis.one(drawn.place)));
+        let raw = [u, v].map(|axis| Vec3::from(axis.one(at)));
         let own = OwnFrame::of(drawn, raw);
         let mut local = Self::NONE;
         if let Some(field) = field {
-            let given = Vec3::from(columns.normals.one(drawn.place));
+            let given = Vec3::from(part.normals.one(at));
             local.field = own.field(*field, raw, given, drawn).map(|v| v.to_array());
         }
         if let Some([a, b, c, d, e, f, kind]) = clip {

@@ -2,7 +2,8 @@
 //! in them.
 
 use crate::cloud::{Cloud, CloudInView};
-use crate::columns::{Albedo, Columns, Shape};
+use crate::columns::geometry::Shape;
+use crate::columns::{Albedo, Columns};
 use crate::cull::runs;
 use crate::view::{Eye, View};
 use std::ops::Range;
@@ -57,17 +58,18 @@ impl Columns {
     /// Appends the bytes of what stands in a place, zeros where it is none's.
     ///
     /// # Panics
-    /// Where there is no such place.
+    /// Where there is no such place, or its part was not made: [`Columns::make_all_parts`].
     pub fn put(&self, part: Part, place: usize, out: &mut Vec<u8>) {
         let floats = |out: &mut Vec<u8>, values: &[f32]| {
             out.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         };
-        match (part, &self.shape, &self.albedo) {
-            (Part::Position, ..) => floats(out, &self.positions.one(place)),
-            (Part::Normal, ..) => floats(out, &self.normals.one(place)),
-            (Part::Radius, Shape::Radius(radii), _) => floats(out, &[radii.one(place)]),
-            (Part::TangentU, Shape::Tangents(u, _), _) => floats(out, &u.one(place)),
-            (Part::TangentV, Shape::Tangents(_, v), _) => floats(out, &v.one(place)),
+        let (own, at) = self.geometry_at(place);
+        match (part, &own.shape, &self.albedo) {
+            (Part::Position, ..) => floats(out, &own.positions.one(at)),
+            (Part::Normal, ..) => floats(out, &own.normals.one(at)),
+            (Part::Radius, Shape::Radius(radii), _) => floats(out, &[radii.one(at)]),
+            (Part::TangentU, Shape::Tangents(u, _), _) => floats(out, &u.one(at)),
+            (Part::TangentV, Shape::Tangents(_, v), _) => floats(out, &v.one(at)),
             (Part::Field, ..) => {
                 let fields = self.splats.fields.as_ref();
                 let field = fields.and_then(|fields| fields.get(place)).copied();

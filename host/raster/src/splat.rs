@@ -44,7 +44,7 @@ impl Splat {
     ) -> [f32; N] {
         let place = in_view.place(self.number);
         let sign = if self.number & BACK == 0 { 1.0 } else { -1.0 };
-        let [x, y, z] = in_view.columns.normals.one(place);
+        let [x, y, z] = in_view.columns.normal_of(place);
         let mut own = [sign * x, sign * y, sign * z, 1.0, 0.0, 0.0, 0.0, 0.0];
         if N > N_NORMAL_SUMS {
             let [r, g, b] = in_view.seen_albedo(self.number, linear_of_srgb);
@@ -89,7 +89,7 @@ fn local<S: Simd>(
         axis_v: vector(discs.axis_v),
         kept: [discs.kept[0][lane], discs.kept[1][lane]],
         back: discs.back.to_bitmask() >> lane & 1 == 1,
-        own_center: in_view.eye.one(in_view.columns.positions.one(place)),
+        own_center: in_view.eye.one(in_view.columns.position_of(place)),
         offset: &|v| in_view.eye.one_offset(v.to_array()),
         tangent_scale: in_view.eye.tangent_scale,
     };

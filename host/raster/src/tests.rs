@@ -26,19 +26,21 @@ fn sphere_of(n: usize, round: Option<&[u8]>) -> Columns {
         (0..n).map(|i| 4.0 / (n as f32).sqrt() * (1.0 + (i % 7) as f32)).collect();
     let ao: Vec<f32> = (0..n).map(|i| (i % 11) as f32 / 10.0).collect();
     let materials: Vec<u32> = (0..n).map(|i| (i / 500) as u32).collect();
-    let sources = Sources {
-        round,
-        positions: &positions,
-        normals: &normals,
-        radii: &radii,
-        tangents: None,
-        ao: Some(&ao),
-        materials: Some(&materials),
-    };
+    let geometry =
+        Geometry { round, positions: &positions, normals: &normals, radii: &radii, tangents: None };
+    let sources = Sources { geometry, ao: Some(&ao), materials: Some(&materials) };
     let order: Arc<Vec<u32>> = Arc::new((0..n as u32).collect());
     let halves = order.iter().map(|&i| [0, 1, 2, 3].map(|k| f16::from_f32((i * k % 255) as f32)));
     let albedo = Albedo::Halves(halves.collect());
-    Columns::new(&sources, order, albedo, Splats::default(), Merging::Once, &linear(), &|_| ())
+    made(&sources, order, albedo, Merging::Once)
+}
+
+/// Columns with all of their parts.
+fn made(sources: &Sources<'_>, order: Arc<Vec<u32>>, albedo: Albedo, merging: Merging) -> Columns {
+    let columns =
+        Columns::new(sources, order, albedo, Splats::default(), merging, &linear(), &|_| ());
+    columns.make_all_parts(&sources.geometry);
+    columns
 }
 
 fn linear() -> [f32; 256] {
@@ -67,7 +69,14 @@ fn view(orthographic: bool, detail_px: f32) -> View {
 /// A cloud where it is, and first.
 fn placed(columns: &Columns) -> Cloud<'_> {
     let round_reach = f32::INFINITY;
-    Cloud { columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0, round_reach }
+    Cloud {
+        columns,
+        geometry: None,
+        view_from_cloud: Mat4::IDENTITY,
+        first: 1,
+        object: 0,
+        round_reach,
+    }
 }
 
 /// All that is made of a picture.
@@ -79,6 +88,7 @@ fn drawn(level: Level, columns: [&Columns; 2], view: &View, mode: Mode) -> Bits 
         placed(columns[0]),
         Cloud {
             columns: columns[1],
+            geometry: None,
             view_from_cloud: moved,
             first: 1 + columns[0].len() as u32,
             object: 1,
@@ -168,18 +178,17 @@ fn solid_and_sheet(only_sheet: bool) -> Columns {
         normals.extend([0.0, 0.0, -1.0]);
     }
     let count = positions.len() / 3;
-    let sources = Sources {
+    let geometry = Geometry {
         round: None,
         positions: &positions,
         normals: &normals,
         radii: &vec![0.2; count],
         tangents: None,
-        ao: None,
-        materials: None,
     };
+    let sources = Sources { geometry, ao: None, materials: None };
     let order = Arc::new((0..count as u32).collect());
     let albedo = Albedo::Same([0.5; 3]);
-    Columns::new(&sources, order, albedo, Splats::default(), Merging::No, &linear(), &|_| ())
+    made(&sources, order, albedo, Merging::No)
 }
 
 /// Invariant: what sticks out past a rim looks as the rim does, nothing vanishes, and thin sheets keep their backs
@@ -259,18 +268,17 @@ fn square(n: usize, merging: Merging, paint: &dyn Fn(usize) -> ([f32; 3], f32)) 
     let along = |i: usize| (0..12).map(|bit| (i >> (2 * bit) & 1) << bit).sum::<usize>() as f32;
     let positions: Vec<f32> = (0..n).flat_map(|i| [along(i), along(i >> 1), -5.0]).collect();
     let ao: Vec<f32> = (0..n).map(|i| paint(i).1).collect();
-    let sources = Sources {
+    let geometry = Geometry {
         round: None,
         positions: &positions,
         normals: &[0.0, 0.0, 1.0].repeat(n),
         radii: &vec![0.8; n],
         tangents: None,
-        ao: Some(&ao),
-        materials: None,
     };
+    let sources = Sources { geometry, ao: Some(&ao), materials: None };
     let albedo = Albedo::Halves((0..n).map(|i| halves(paint(i).0)).collect());
     let order = Arc::new((0..n as u32).collect());
-    Columns::new(&sources, order, albedo, Splats::default(), merging, &linear(), &|_| ())
+    made(&sources, order, albedo, merging)
 }
 
 fn halves([r, g, b]: [f32; 3]) -> [f16; 4] {
@@ -312,4 +320,49 @@ fn painting_is_putting_in_order_anew() {
     assert!(!columns.repaint(&paint(&|i| after(i).0), &linear()));
     let mut columns = square(N, Merging::Repaintable, &before);
     assert!(!columns.repaint(&paint(&|_| [f32::NAN; 3]), &linear()));
+}
+
+/// Invariant: parts are put in order once a view draws them, and pictures are those of columns that are whole
+///
+/// Half a second.
+#[test]
+fn parts_are_made_when_they_are_drawn() {
+    const N: usize = 655_360;
+    const PART_GROUPS: usize = level_of_detail::PART / GROUP;
+    let along = |i: usize| (0..12).map(|bit| (i >> (2 * bit) & 1) << bit).sum::<usize>() as f32;
+    let positions: Vec<f32> =
+        (0..N).flat_map(|i| [along(i) - 512.0, along(i >> 1) - 512.0, -900.0]).collect();
+    let normals = [0.0, 0.0, 1.0].repeat(N);
+    let radii = vec![0.8; N];
+    let geometry = Geometry {
+        round: None,
+        positions: &positions,
+        normals: &normals,
+        radii: &radii,
+        tangents: None,
+    };
+    let sources = Sources { geometry, ao: None, materials: None };
+    // Against the order of the file, so that places are not their own rows.
+    let order: Arc<Vec<u32>> = Arc::new((0..N as u32).map(|i| i ^ 5).collect());
+    let columns = |merging: Merging| {
+        let (albedo, splats) = (Albedo::Same([0.5; 3]), Splats::default());
+        Columns::new(&sources, order.clone(), albedo, splats, merging, &linear(), &|_| ())
+    };
+    let (lazy, whole) = (columns(Merging::Once), columns(Merging::Repaintable));
+    let picture = |columns: &Columns, detail_px: f32, half_extent: f32| {
+        let view = View { half_extent: [half_extent; 2], ..view(false, detail_px) };
+        let clouds = [Cloud { geometry: Some(geometry), ..placed(columns) }];
+        let parts = Parts { mode: Mode::Blended, winners: true, material: false, object: false };
+        let mut picture = Picture::default();
+        draw(&clouds, &view, parts, &linear(), &mut picture);
+        (picture.winners, picture.packed)
+    };
+    let groups = || (0..N / GROUP).step_by(PART_GROUPS);
+    let n_made = || groups().filter(|group| lazy.missing_part(*group).is_none()).count();
+    for (detail_px, half_extent, n_parts) in [(9.0, 1.0, 0), (1.0, 0.02, 3), (0.0, 1.0, 640)] {
+        let bits = picture(&lazy, detail_px, half_extent);
+        assert!(bits.0.iter().any(|winner| winner[0] != 0));
+        assert!(bits == picture(&whole, detail_px, half_extent), "{detail_px}");
+        assert_eq!(n_made(), n_parts, "{detail_px}");
+    }
 }

@@ -14,7 +14,8 @@ pub(crate) mod block;
 pub(crate) mod merge;
 pub(crate) mod repaint;
 
-use crate::columns::{Columns, Shape};
+use crate::columns::Columns;
+use crate::columns::geometry::{Geometry, OrderedGeometry, Shape};
 use crate::lanes::WIDTH;
 use block::{Block, Bounds, half_angle};
 use merge::{BRANCH, COARSEST, Sample, dot, gather, merged, typical_radius, unit_vector};
@@ -29,6 +30,9 @@ const WORTHWHILE: f64 = 0.7;
 /// Levels of blocks that are made together, over `BRANCH` to this power of the smallest ones: what they are merged of
 /// takes more memory than the cloud itself, and lives no longer.
 const TOGETHER: u32 = 4;
+/// Surfels that are put in order together, at most: those that the finest merged ones stand for, which are drawn together
+/// or not at all.
+pub(crate) const PART: usize = BLOCK * BRANCH;
 /// Parts of so many blocks that a thread makes before merged surfels are put to those of the cloud.
 const AT_A_TIME: usize = 2;
 
@@ -77,6 +81,7 @@ struct Part {
 /// `report` hears how far it is, in [0, 1].
 pub(crate) fn tree(
     columns: &mut Columns,
+    geometry: &Geometry<'_>,
     (merges, keeps): (bool, bool),
     linear_of_srgb: &[f32; 256],
     report: &(dyn Fn(f32) + Sync),
@@ -84,7 +89,9 @@ pub(crate) fn tree(
     let n = columns.len();
     let n_leaves = n.div_ceil(BLOCK);
     if n_leaves <= 1 {
-        let leaf = (n > 0).then(|| leaf(columns, 0..n, merges, linear_of_srgb).block);
+        let leaf = columns.with_part(0, Some(geometry), |part| {
+            leaf((columns, part, 0), 0..n, merges, linear_of_srgb).block
+        });
         let blocks: Vec<Block> = leaf.into_iter().collect();
         return Tree { roots: 0..blocks.len(), blocks, above: Above::default() };
     }
@@ -97,9 +104,9 @@ pub(crate) fn tree(
     for firsts in firsts.chunks(AT_A_TIME * rayon::current_num_threads()) {
         let made = |&first: &usize| {
             let leaves = first..(first + per_part).min(n_leaves);
-            part(columns, leaves, n_levels, merges, linear_of_srgb)
+            part((columns, Some(geometry)), leaves, n_levels, merges, linear_of_srgb)
         };
-        let parts: Vec<Part> = firsts.par_iter().map(made).collect();
+        let parts: Vec<Part> = firsts.par_iter().filter_map(made).collect();
         for mut part in parts {
             let base = tree.blocks.len();
             tree.above.parts.push(base);
@@ -146,25 +153,30 @@ fn places(first: usize, i: usize, n: usize) -> [u32; 2] {
     [BRANCH * i, (BRANCH * (i + 1)).min(n)].map(|at| (first + at) as u32)
 }
 
-/// So many levels of blocks over some of the smallest ones.
+/// So many levels of blocks over some of the smallest ones; `None` where surfels of these are not in order, and nothing is
+/// given to order them by.
 fn part(
-    columns: &Columns,
+    (columns, geometry): (&Columns, Option<&Geometry<'_>>),
     leaves: Range<usize>,
     n_levels: u32,
     merges: bool,
     linear_of_srgb: &[f32; 256],
-) -> Part {
-    let n = columns.len();
-    let leaf = |number: usize| {
-        let first = number * BLOCK;
-        leaf(columns, first..(first + BLOCK).min(n), merges, linear_of_srgb)
-    };
+) -> Option<Part> {
     let (mut blocks, mut level) =
         (Vec::with_capacity(leaves.len() * BRANCH / (BRANCH - 1)), Vec::new());
     let all: Vec<usize> = leaves.collect();
     // The samples of the smallest blocks live until their four are joined.
     for (i, numbers) in all.chunks(BRANCH).enumerate() {
-        let four: Vec<Node> = numbers.iter().map(|&number| leaf(number)).collect();
+        let first = numbers[0] * BLOCK;
+        let four = |part: &OrderedGeometry| {
+            let leaf = |&number: &usize| {
+                let start = number * BLOCK;
+                let places = start..(start + BLOCK).min(columns.len());
+                leaf((columns, part, first), places, merges, linear_of_srgb)
+            };
+            numbers.iter().map(leaf).collect::<Vec<Node>>()
+        };
+        let four = columns.with_part(first / PART, geometry, four)?;
         blocks.extend(four.iter().map(|leaf| leaf.block));
         level.push(joined(&four, places(0, i, all.len())));
     }
@@ -180,11 +192,12 @@ fn part(
     }
     // Each level has a quarter of the one below, so one is left.
     let top = level.pop().unwrap_or_else(|| joined(&[], [0, 0]));
-    Part { blocks, merged, top }
+    Some(Part { blocks, merged, top })
 }
 
+/// A smallest block: of columns, and the part that it is in, which has its first surfel at this place.
 fn leaf(
-    columns: &Columns,
+    (columns, part, first): (&Columns, &OrderedGeometry, usize),
     places: Range<usize>,
     merges: bool,
     linear_of_srgb: &[f32; 256],
@@ -195,16 +208,15 @@ fn leaf(
     let mut samples = Vec::with_capacity(if merges { places.len() } else { 0 });
     let mut normals = Vec::with_capacity(places.len());
     for place in places.clone() {
-        let position = columns.positions.one(place);
-        let normal = columns.normals.one(place);
+        let at = place - first;
+        let position = part.positions.one(at);
+        let normal = part.normals.one(at);
         bounds = bounds.and(position, position);
         normals.push(normal);
-        let (radius, is_round) = match &columns.shape {
-            Shape::Radius(radii) => (f64::from(radii.one(place).abs()), radii.one(place) < 0.0),
+        let (radius, is_round) = match &part.shape {
+            Shape::Radius(radii) => (f64::from(radii.one(at).abs()), radii.one(at) < 0.0),
             // An ellipse's longer half axis is at most the root of the sum of both squares.
-            Shape::Tangents(u, v) => {
-                ((length2(u.one(place)) + length2(v.one(place))).sqrt(), false)
-            }
+            Shape::Tangents(u, v) => ((length2(u.one(at)) + length2(v.one(at))).sqrt(), false),
         };
         has_round |= is_round;
         reach = reach.max(radius);

@@ -74,10 +74,11 @@ fn remerge(
         let made = |&number: &usize| {
             let first = number * above.per_part;
             let leaves = first..(first + above.per_part).min(n_leaves);
-            (number, part(columns, leaves, above.n_levels, true, linear_of_srgb))
+            let part = part((columns, None), leaves, above.n_levels, true, linear_of_srgb)?;
+            Some((number, part))
         };
-        let made: Vec<_> = numbers.par_iter().map(made).collect();
-        for (number, part) in made {
+        let made: Option<Vec<_>> = numbers.par_iter().map(made).collect();
+        for (number, part) in made? {
             let base = *above.parts.get(number)?;
             let known = columns.blocks.get(base..base + part.blocks.len())?;
             let is_same = |(known, made): (&Block, &Block)| known.count == made.count;
@@ -168,7 +169,7 @@ impl Columns {
         for (place, sample) in (first..).zip(samples) {
             let bits = |v: [f32; 3]| v.map(f32::to_bits);
             let is_same = self.surfel_at(place) == sample.stands_for
-                && bits(self.positions.one(place)) == bits(sample.position);
+                && bits(self.position_of(place)) == bits(sample.position);
             if !is_same {
                 return None;
             }

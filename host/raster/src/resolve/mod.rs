@@ -253,7 +253,7 @@ fn nearest<S: Simd>(
                 let place = in_view.place(number);
                 let sign = if number & BACK == 0 { 1.0 } else { -1.0 };
                 let columns = in_view.columns;
-                let normal = columns.normals.one(place).map(|c| sign * c);
+                let normal = columns.normal_of(place).map(|c| sign * c);
                 let albedo = in_view.seen_albedo(number, scene.linear_of_srgb);
                 (normal, albedo, columns.ao_of(place))
             }

@@ -8,7 +8,7 @@
 //! comes about. The backs of thin sheets and of what is open have centres that are seen, or hidden by something else.
 
 use crate::cloud::CloudInView;
-use crate::columns::Shape;
+use crate::columns::geometry::Shape;
 use crate::picture::Picture;
 use crate::splat::BACK;
 use glam::Vec3;
@@ -48,14 +48,15 @@ impl SurfacePixels<'_> {
     fn stands_for(&self, at: u32, number: u32, in_view: &CloudInView<'_>) -> Option<usize> {
         let (eye, columns) = (&in_view.eye, in_view.columns);
         let place = in_view.place(number);
-        let radius = match &columns.shape {
-            Shape::Radius(radii) => radii.one(place) * eye.radius_scale,
+        let (part, own) = columns.geometry_at(place);
+        let radius = match &part.shape {
+            Shape::Radius(radii) => radii.one(own) * eye.radius_scale,
             Shape::Tangents(u, v) => {
                 let half_axis = |axis: [f32; 3]| eye.one_offset(axis).length();
-                half_axis(u.one(place)).max(half_axis(v.one(place))) * eye.tangent_scale
+                half_axis(u.one(own)).max(half_axis(v.one(own))) * eye.tangent_scale
             }
         };
-        let center: Vec3 = eye.one(columns.positions.one(place));
+        let center: Vec3 = eye.one(part.positions.one(own));
         let distance = -center.z;
         // Round splats, which face the eye, have negative radii.
         if !(radius > 0.0 && distance > eye.near) {

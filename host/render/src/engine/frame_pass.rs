@@ -37,7 +37,7 @@ pub(super) struct Submission<'a> {
     /// Where the picture is seen in each pixel, from its centre.
     pub(super) shift_px: Vec2,
     pub(super) asked: OutputRequest,
-    pub(super) clouds: &'a [DrawnCloud],
+    pub(super) clouds: &'a [DrawnCloud<'a>],
     pub(super) scratch: &'a mut PassScratch,
     /// How splats are put together.
     pub(super) splats: SplatDrawing,
@@ -207,7 +207,7 @@ struct PassView<'a> {
     prepared: PreparedView,
     view_uniform: wgpu::Buffer,
     lights_uniform: wgpu::Buffer,
-    clouds: &'a [DrawnCloud],
+    clouds: &'a [DrawnCloud<'a>],
     surface: Option<Surface>,
     /// The surface of own clouds, by mode, where a graph shades no other.
     masked: Vec<(SurfaceMode, wgpu::TextureView)>,
@@ -220,7 +220,7 @@ impl<'a> PassView<'a> {
         request: RenderRequest<'a>,
         own: &View,
         prepared: PreparedView,
-        clouds: &'a [DrawnCloud],
+        clouds: &'a [DrawnCloud<'a>],
         shift_px: Vec2,
     ) -> Self {
         let seen = view_uniform(&request, &prepared.drawn, shift_px);

@@ -26,6 +26,7 @@ use crate::graph::{
 use crate::stages::{Clocks, StageTime};
 use crate::surfels::{
     ColumnBuffers, ColumnDemand, Columns, DrawnCloud, STOPPED, Samples, Surfaces, SurfelDrawing,
+    geometry_of,
 };
 pub use ablation::Restored;
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, RendererUse};
@@ -388,34 +389,34 @@ impl Engine {
 
     /// The clouds as they are drawn, with the columns that are wanted where that happens; without a wish
     /// of its own a frame is drawn with what others want.
-    fn drawn_clouds(
+    fn drawn_clouds<'a>(
         &mut self,
-        request: &RenderRequest<'_>,
+        request: &RenderRequest<'a>,
         wanted: Option<ColumnDemand>,
         on_host: bool,
         taken: &[u32],
-    ) -> Result<Vec<DrawnCloud>, RenderError> {
+    ) -> Result<Vec<DrawnCloud<'a>>, RenderError> {
         self.columns.next_frame(wanted.map(|wanted| self.keeping.wanted(wanted)));
         for cloud in request.clouds {
             self.keeping.make(cloud);
         }
         let keeping = &self.keeping;
         let columns = &mut self.columns;
-        let drawn = |(number, cloud): (usize, &CloudView<'_>)| {
+        let drawn = |(number, cloud): (usize, &CloudView<'a>)| {
             let PartOf { object, is_part, is_merged } = request.part_of(number);
             let merged = request.detail_px > 0.0 && !is_part;
             let drawn = match on_host {
                 true => columns.on_host(&keeping.with(cloud), merged, &|_| true),
                 false => columns.cloud(&keeping.with(cloud), merged, &|_| true),
             };
-            drawn.map(|drawn| {
-                let round_reach = if is_merged { f32::INFINITY } else { drawn.round_reach };
-                DrawnCloud { object, round_reach, ..drawn }
-            })
+            let drawn = drawn?;
+            let round_reach = if is_merged { f32::INFINITY } else { drawn.round_reach };
+            let geometry = if on_host { Some(geometry_of(cloud)?) } else { None };
+            Ok(DrawnCloud { object, round_reach, geometry, ..drawn })
         };
         let is_drawn = |(number, _): &(usize, _)| !taken.contains(&request.part_of(*number).object);
         let clouds = request.clouds.iter().enumerate().filter(is_drawn).map(drawn);
-        let clouds = clouds.collect::<Result<Vec<_>, _>>()?;
+        let clouds = clouds.collect::<Result<Vec<_>, RenderError>>()?;
         self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
         Ok(clouds)
     }

@@ -30,7 +30,7 @@ const WIDENED_BY: f64 = 3.0;
 
 /// How a view is drawn. Its near plane lies before the requested one, so that the depth tolerance
 /// has room there (`MAX_PULL` of the surfel shaders).
-fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> DrawnView {
+fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud<'_>]) -> DrawnView {
     let facts = request.facts;
     let center = 0.5 * facts.bounds_min + 0.5 * facts.bounds_max;
     let reach = (facts.bounds_max - facts.bounds_min)
@@ -82,7 +82,7 @@ impl PreparedView {
     pub(super) fn new(
         gpu: &Gpu,
         request: &RenderRequest<'_>,
-        clouds: &[DrawnCloud],
+        clouds: &[DrawnCloud<'_>],
         drawn_as: DrawnAs,
         shift_px: Vec2,
     ) -> Result<Self, RenderError> {
@@ -101,7 +101,7 @@ impl PreparedView {
     pub(super) fn input<'a>(
         &'a self,
         request: &'a RenderRequest<'_>,
-        clouds: &'a [DrawnCloud],
+        clouds: &'a [DrawnCloud<'a>],
     ) -> SurfaceInput<'a> {
         SurfaceInput {
             raster_view: &self.raster_view,
@@ -263,7 +263,7 @@ fn raster_view(
 /// drawn, and whether backs are tinted.
 fn surface_key(
     request: &RenderRequest<'_>,
-    clouds: &[DrawnCloud],
+    clouds: &[DrawnCloud<'_>],
     drawn_as: DrawnAs,
     shift_px: Vec2,
 ) -> Result<Vec<u8>, RenderError> {

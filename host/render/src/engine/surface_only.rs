@@ -45,7 +45,7 @@ impl Engine {
     fn make_surface(
         &mut self,
         request: &RenderRequest<'_>,
-        clouds: &[DrawnCloud],
+        clouds: &[DrawnCloud<'_>],
         computes: bool,
     ) -> Result<Vec<PassReport>, RenderError> {
         let mut parts = SurfaceParts::default();

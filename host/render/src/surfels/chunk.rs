@@ -47,7 +47,7 @@ impl Runs {
 
 /// A chunk with its uniform.
 pub(crate) struct Chunk<'a> {
-    pub(crate) cloud: &'a DrawnCloud,
+    pub(crate) cloud: &'a DrawnCloud<'a>,
     /// Which of the cloud's.
     pub(crate) position: usize,
     /// Places in it.

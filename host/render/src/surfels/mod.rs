@@ -17,6 +17,7 @@ mod surface;
 pub(crate) use column_buffers::{ColumnBuffers, Ordered};
 pub(crate) use columns::Columns;
 pub(crate) use columns::demand::ColumnDemand;
+pub(crate) use columns::elements::geometry_of;
 pub use columns::usage::ColumnUse;
 pub(crate) use columns::usage::{DrawnHow, columns_used};
 pub(crate) use quads::RESOLVE;

@@ -3,12 +3,13 @@
 use glam::DVec3;
 use std::sync::Arc;
 use surfelshop_api::columns;
+use surfelshop_raster::Geometry;
 
 /// One column's buffers, chunk by chunk.
 pub(crate) type ChunkBuffers = Arc<Vec<wgpu::Buffer>>;
 
 /// A cloud ready to be drawn.
-pub(crate) struct DrawnCloud {
+pub(crate) struct DrawnCloud<'a> {
     pub(crate) origin: DVec3,
     /// Number of the object that it belongs to.
     pub(crate) object: u32,
@@ -33,11 +34,13 @@ pub(crate) struct DrawnCloud {
     pub(crate) round_reach: f32,
     /// Its columns in memory, where the CPU draws it.
     pub(crate) on_host: Option<Arc<surfelshop_raster::Columns>>,
+    /// What parts of these are made of when they are drawn.
+    pub(crate) geometry: Option<Geometry<'a>>,
     /// What its places are chosen by, where the device draws merged surfels.
     pub(crate) merged: Option<Arc<surfelshop_raster::Columns>>,
 }
 
-impl DrawnCloud {
+impl DrawnCloud<'_> {
     /// Number of chunks, as the device holds them.
     pub(crate) fn n_chunks(&self) -> usize {
         self.columns.first().map_or(0, |(_, buffers)| buffers.len())

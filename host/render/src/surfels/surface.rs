@@ -123,7 +123,7 @@ pub(crate) struct SurfaceInput<'a> {
     pub(crate) tints_backs: bool,
     /// Whether near round splats are bounded.
     pub(crate) bounds_round: bool,
-    pub(crate) clouds: &'a [DrawnCloud],
+    pub(crate) clouds: &'a [DrawnCloud<'a>],
     pub(crate) settings: &'a SurfaceSettings,
     /// One surfel of so many is drawn.
     pub(crate) stride: u32,
@@ -142,7 +142,7 @@ pub(crate) struct SurfaceInput<'a> {
 
 impl SurfaceInput<'_> {
     /// The largest radius of a cloud's round splats here, as [`DrawnCloud::round_reach`] has it.
-    pub(crate) fn round_reach(&self, cloud: &DrawnCloud) -> f32 {
+    pub(crate) fn round_reach(&self, cloud: &DrawnCloud<'_>) -> f32 {
         if self.bounds_round { cloud.round_reach } else { f32::INFINITY }
     }
 

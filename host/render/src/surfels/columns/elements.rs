@@ -4,7 +4,7 @@ use crate::graph::RenderError;
 use half::f16;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 use surfelshop_api::params::srgb_to_linear;
-use surfelshop_raster::Part;
+use surfelshop_raster::{Geometry, Part};
 
 /// What a variable holds of columns in memory.
 pub(crate) fn part_of(variable: &str) -> Part {
@@ -105,6 +105,28 @@ pub(crate) fn floats_of<'a>(cloud: &CloudView<'a>, name: &str) -> Result<&'a [f3
         RenderError::Cloud(format!(
             "drawing needs a column `{name}` of {components} x f32, found {what}"
         ))
+    })
+}
+
+/// Where the surfels of a cloud are, how they stand and how large they are.
+///
+/// # Errors
+/// Where a column of these is missing or of another type.
+pub(crate) fn geometry_of<'a>(cloud: &CloudView<'a>) -> Result<Geometry<'a>, RenderError> {
+    let tangents = [columns::TANGENT_U, columns::TANGENT_V];
+    let tangents = match tangents.map(|name| cloud.floats(name, 3)) {
+        [Some(u), Some(v)] => Some([u, v]),
+        _ => None,
+    };
+    Ok(Geometry {
+        positions: floats_of(cloud, columns::POSITION)?,
+        normals: floats_of(cloud, columns::NORMAL)?,
+        radii: match tangents {
+            Some(_) => &[],
+            None => floats_of(cloud, columns::RADIUS)?,
+        },
+        round: round_of(cloud),
+        tangents,
     })
 }
 

@@ -5,7 +5,7 @@ use crate::surfels::columns::arranging::{ORDERED, STOPPED, counted, numbered};
 use crate::surfels::columns::demand::ColumnDemand;
 use crate::surfels::columns::elements::{
     clip_drawn, clips_of, components_of, drawn_generation, encode_color, field_drawn, fields_of,
-    floats_of, is_color, part_of, round_of, round_reach,
+    floats_of, geometry_of, is_color, part_of, round_of, round_reach,
 };
 use crate::surfels::columns::order::drawing_order;
 use crate::surfels::columns::patch::PatchSource;
@@ -28,7 +28,7 @@ struct Arriving<'a> {
     order_serial: u32,
     /// Indices of the surfels in drawing order, once a column needs them.
     order: OnceCell<Arc<Vec<u32>>>,
-    drawn: DrawnCloud,
+    drawn: DrawnCloud<'static>,
 }
 
 impl Columns {
@@ -42,7 +42,7 @@ impl Columns {
         cloud: &CloudView<'_>,
         merged: bool,
         tell: &(dyn Fn(f32) -> bool + Sync),
-    ) -> Result<DrawnCloud, RenderError> {
+    ) -> Result<DrawnCloud<'static>, RenderError> {
         let n_surfels = counted(cloud)?;
         let mut drawn = DrawnCloud {
             origin: cloud.origin,
@@ -58,12 +58,14 @@ impl Columns {
             equal_radius: None,
             round_reach: round_reach(cloud),
             on_host: None,
+            geometry: None,
             merged: None,
         };
         let wanted = self.wanted_of(cloud.len).for_merged(merged);
         let (order_serial, n_whole, order) = match merged {
             true => {
                 let known = self.in_memory(cloud, true, tell)?;
+                known.columns.make_all_parts(&geometry_of(cloud)?);
                 let n_places = known.columns.n_places();
                 drawn.merged = Some(known.columns.clone());
                 let (serial, n_whole) = (known.serial, known.n_whole);

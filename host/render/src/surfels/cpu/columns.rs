@@ -6,8 +6,8 @@ use crate::surfels::columns::Columns;
 use crate::surfels::columns::arranging::{ORDERED, STOPPED, counted};
 use crate::surfels::columns::demand::ColumnDemand;
 use crate::surfels::columns::elements::{
-    clip_drawn, clips_of, drawn_generation, encode_color, field_drawn, fields_of, floats_of,
-    is_color, round_of, round_reach,
+    clip_drawn, clips_of, drawn_generation, encode_color, field_drawn, fields_of, geometry_of,
+    is_color, round_reach,
 };
 use crate::surfels::columns::order::drawing_order;
 use crate::surfels::cpu::columns as columns_of;
@@ -86,28 +86,15 @@ pub(crate) fn columns_drawn(
 
 impl<'a> Drawn<'a> {
     fn of(cloud: &'a CloudView<'a>, wanted: ColumnDemand) -> Result<Self, RenderError> {
-        let tangents = [columns::TANGENT_U, columns::TANGENT_V];
-        let tangents = match tangents.map(|name| cloud.floats(name, 3)) {
-            [Some(u), Some(v)] => Some([u, v]),
-            _ => None,
-        };
+        let geometry = geometry_of(cloud)?;
+        let tangents = geometry.tangents;
         let material = cloud.column(columns::MATERIAL).filter(|_| wanted.material);
         let materials = material.and_then(|column| match column.values {
             Values::U32(values) if column.components == 1 => Some(values),
             _ => None,
         });
-        let sources = Sources {
-            positions: floats_of(cloud, columns::POSITION)?,
-            normals: floats_of(cloud, columns::NORMAL)?,
-            radii: match tangents {
-                Some(_) => &[],
-                None => floats_of(cloud, columns::RADIUS)?,
-            },
-            round: round_of(cloud),
-            tangents,
-            ao: cloud.floats(columns::AO, 1).filter(|_| wanted.ao),
-            materials,
-        };
+        let sources =
+            Sources { geometry, ao: cloud.floats(columns::AO, 1).filter(|_| wanted.ao), materials };
         let color = cloud.column(columns::COLOR);
         let color = color.filter(|column| wanted.color && is_color(column));
         let fields = fields_of(cloud).filter(|_| wanted.fields);
@@ -147,10 +134,10 @@ impl<'a> Drawn<'a> {
     /// At least the longest half axis.
     fn max_radius(&self) -> f32 {
         let largest = |values: &[f32]| values.iter().fold(0.0f32, |most, v| most.max(v.abs()));
-        match self.sources.tangents {
+        match self.sources.geometry.tangents {
             // As for columns on the device.
             Some([u, v]) => 2.45 * largest(u).max(largest(v)),
-            None => largest(self.sources.radii),
+            None => largest(self.sources.geometry.radii),
         }
     }
 
@@ -192,7 +179,7 @@ impl Columns {
         cloud: &CloudView<'_>,
         merged: bool,
         tell: &(dyn Fn(f32) -> bool + Sync),
-    ) -> Result<DrawnCloud, RenderError> {
+    ) -> Result<DrawnCloud<'static>, RenderError> {
         let n_surfels = counted(cloud)?;
         let chunk_len = self.chunk_len;
         let known = self.in_memory(cloud, merged, tell)?;
@@ -210,6 +197,7 @@ impl Columns {
             equal_radius: None,
             round_reach: round_reach(cloud),
             on_host: Some(known.columns.clone()),
+            geometry: None,
             merged: None,
         })
     }

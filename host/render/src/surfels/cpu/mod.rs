@@ -109,7 +109,8 @@ fn clouds<'a>(input: &SurfaceInput<'a>) -> Vec<Cloud<'a>> {
         if let Some(columns) = cloud.on_host.as_deref() {
             let view_from_cloud = input.view_from_offset(cloud.origin);
             let (object, round_reach) = (cloud.object, input.round_reach(cloud));
-            clouds.push(Cloud { columns, view_from_cloud, first, object, round_reach });
+            let geometry = cloud.geometry;
+            clouds.push(Cloud { columns, geometry, view_from_cloud, first, object, round_reach });
         }
         first += cloud.n_surfels;
     }

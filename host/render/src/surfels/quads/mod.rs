@@ -67,8 +67,9 @@ impl<'a> Drawing<'a> {
             let round_reach = input.round_reach(cloud);
             let chosen = cloud.merged.as_deref().map(|columns| {
                 let view_from_cloud = view_from_chunk;
-                let object = cloud.object;
-                let cloud = Cloud { columns, view_from_cloud, first: 1, object, round_reach };
+                let (object, geometry) = (cloud.object, None);
+                let cloud =
+                    Cloud { columns, geometry, view_from_cloud, first: 1, object, round_reach };
                 places(&cloud, input.raster_view)
             });
             n_drawn += match &chosen {

@@ -1,110 +1,20 @@
 //! A cloud's columns as they are drawn: in drawing order, in groups of lanes.
 
+pub(crate) mod geometry;
+mod groups;
+
+pub use geometry::Geometry;
+
 use crate::fields::Splats;
-use crate::lanes::{F, V, WIDTH};
+use crate::lanes::WIDTH;
 use crate::level_of_detail::block::Block;
 use crate::level_of_detail::merge::Sample;
-use crate::level_of_detail::{self, Above};
-use fearless_simd::prelude::*;
+use crate::level_of_detail::{self, Above, PART};
+use geometry::{OrderedGeometry, Shape};
+use groups::Singles;
 use half::f16;
 use rayon::prelude::*;
-use std::sync::Arc;
-
-/// Three numbers of each surfel, by groups.
-#[derive(Default)]
-pub(crate) struct Triples(Vec<[[f32; WIDTH]; 3]>);
-
-/// Groups that a thread fills at a time.
-const GROUPS: usize = 1 << 10;
-
-/// A value of each surfel in this order, by groups, made by all threads.
-fn ordered<T: Copy + Default + Send + Sync>(
-    order: &[u32],
-    put: impl Fn(&mut T, usize, usize) + Sync,
-) -> Vec<T> {
-    let mut groups = vec![T::default(); order.len().div_ceil(WIDTH)];
-    let each = groups.par_chunks_mut(GROUPS).zip(order.par_chunks(GROUPS * WIDTH));
-    each.for_each(|(groups, order)| {
-        for (group, order) in groups.iter_mut().zip(order.chunks(WIDTH)) {
-            for (lane, &i) in order.iter().enumerate() {
-                put(group, lane, i as usize);
-            }
-        }
-    });
-    groups
-}
-
-impl Triples {
-    fn ordered(order: &[u32], value: impl Fn(usize) -> [f32; 3] + Sync) -> Self {
-        let put = |group: &mut [[f32; WIDTH]; 3], lane: usize, i: usize| {
-            for (axis, x) in value(i).into_iter().enumerate() {
-                group[axis][lane] = x;
-            }
-        };
-        Self(ordered(order, put))
-    }
-
-    fn push(&mut self, values: impl ExactSizeIterator<Item = [f32; 3]>) {
-        let first = self.0.len();
-        self.0.resize(first + values.len().div_ceil(WIDTH), [[0.0; WIDTH]; 3]);
-        for (i, value) in values.enumerate() {
-            for (axis, x) in value.into_iter().enumerate() {
-                self.0[first + i / WIDTH][axis][i % WIDTH] = x;
-            }
-        }
-    }
-
-    #[inline(always)]
-    pub(crate) fn at<S: Simd>(&self, simd: S, group: usize) -> V<S> {
-        V::load(simd, &self.0[group])
-    }
-
-    #[inline(always)]
-    pub(crate) fn one(&self, place: usize) -> [f32; 3] {
-        let group = &self.0[place / WIDTH];
-        [0, 1, 2].map(|axis| group[axis][place % WIDTH])
-    }
-}
-
-/// A number of each surfel, by groups; zeros where a group is not full.
-#[derive(Default)]
-pub(crate) struct Singles(Vec<[f32; WIDTH]>);
-
-impl Singles {
-    fn ordered(order: &[u32], value: impl Fn(usize) -> f32 + Sync) -> Self {
-        Self(ordered(order, |group: &mut [f32; WIDTH], lane, i| group[lane] = value(i)))
-    }
-
-    fn push(&mut self, values: impl ExactSizeIterator<Item = f32>) {
-        let first = self.0.len();
-        self.0.resize(first + values.len().div_ceil(WIDTH), [0.0; WIDTH]);
-        for (i, value) in values.enumerate() {
-            self.0[first + i / WIDTH][i % WIDTH] = value;
-        }
-    }
-
-    #[inline(always)]
-    pub(crate) fn at<S: Simd>(&self, simd: S, group: usize) -> F<S> {
-        F::load_array_ref(simd, &self.0[group])
-    }
-
-    #[inline(always)]
-    pub(crate) fn one(&self, place: usize) -> f32 {
-        self.0[place / WIDTH][place % WIDTH]
-    }
-
-    pub(crate) fn put(&mut self, place: usize, value: f32) {
-        self.0[place / WIDTH][place % WIDTH] = value;
-    }
-}
-
-/// Discs, or ellipses.
-pub(crate) enum Shape {
-    /// Radii in scene units.
-    Radius(Singles),
-    /// Half axes in scene units.
-    Tangents(Triples, Triples),
-}
+use std::sync::{Arc, OnceLock};
 
 /// Albedos in drawing order.
 pub enum Albedo {
@@ -121,7 +31,8 @@ pub enum Albedo {
 pub enum Merging {
     /// None are.
     No,
-    /// They are.
+    /// They are. Parts of the cloud itself are put in order when they are drawn, so that those which merged surfels
+    /// stand for take no memory.
     Once,
     /// They are, and what they follow from is kept, as far as it takes little: [`Columns::repaint`] changes them.
     Repaintable,
@@ -135,9 +46,11 @@ pub struct Columns {
     len: usize,
     /// Places, those of merged surfels and of groups that are not full among them.
     pub(crate) n_places: usize,
-    pub(crate) positions: Triples,
-    pub(crate) normals: Triples,
-    pub(crate) shape: Shape,
+    /// The cloud's own surfels, in parts of [`PART`]; those that are not there yet follow from the order.
+    parts: Vec<OnceLock<OrderedGeometry>>,
+    /// Places in the file, where parts may still be made.
+    order: Option<Arc<Vec<u32>>>,
+    merged: OrderedGeometry,
     pub(crate) albedo: Albedo,
     /// Whether some are round splats, which face the eye: their radii are negative.
     pub(crate) has_round: bool,
@@ -155,18 +68,10 @@ pub struct Columns {
     pub(crate) max_reach: f32,
 }
 
-/// Columns in the order of the file; vectors are three numbers a surfel.
+/// What columns are made of, in the order of the file.
 pub struct Sources<'a> {
-    /// Relative to the cloud's origin, scene units.
-    pub positions: &'a [f32],
-    /// Unit.
-    pub normals: &'a [f32],
-    /// Scene units; not read where there are tangents.
-    pub radii: &'a [f32],
-    /// Not 0 where a surfel is a round splat that faces the eye; none is where there are tangents.
-    pub round: Option<&'a [u8]>,
-    /// Half axes of ellipses, scene units.
-    pub tangents: Option<[&'a [f32]; 2]>,
+    /// Where surfels are, how they stand and how large they are.
+    pub geometry: Geometry<'a>,
     /// Ambient accessibility.
     pub ao: Option<&'a [f32]>,
     /// Indices of materials.
@@ -182,14 +87,10 @@ pub fn radius_drawn(radius: f32, is_round: bool) -> f32 {
     if is_round { -radius } else { radius }
 }
 
-fn three(values: &[f32], i: usize) -> [f32; 3] {
-    [values[3 * i], values[3 * i + 1], values[3 * i + 2]]
-}
-
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
-    /// columns' length; it is let go of before what needs most memory. Albedos and what varies over splats
-    /// are in drawing order already. `report` hears how far it is, in [0, 1].
+    /// columns' length. Albedos and what varies over splats are in drawing order already. `report` hears how far it
+    /// is, in [0, 1].
     #[must_use]
     pub fn new(
         sources: &Sources<'_>,
@@ -200,29 +101,23 @@ impl Columns {
         linear_of_srgb: &[f32; 256],
         report: &(dyn Fn(f32) + Sync),
     ) -> Self {
-        let positions = Triples::ordered(&order, |i| three(sources.positions, i));
-        report(0.15);
-        let normals = Triples::ordered(&order, |i| three(sources.normals, i));
-        report(0.3);
-        let shape = match sources.tangents {
-            Some(axes) => {
-                let [u, v] = axes.map(|axis| Triples::ordered(&order, |i| three(axis, i)));
-                Shape::Tangents(u, v)
-            }
-            None => Shape::Radius(Singles::ordered(&order, |i| {
-                radius_drawn(sources.radii[i], sources.round.is_some_and(|round| round[i] != 0))
-            })),
+        let geometry = &sources.geometry;
+        let is_made_at_once = merging != Merging::Once;
+        let part = |order: &[u32]| match is_made_at_once {
+            true => OnceLock::from(OrderedGeometry::ordered(geometry, order)),
+            false => OnceLock::new(),
         };
+        let parts = order.par_chunks(PART).map(part).collect();
+        report(0.3);
         let ao = sources.ao.map(|values| Singles::ordered(&order, |i| values[i]));
         let material = sources.materials;
         let mut columns = Self {
             len: order.len(),
             n_places: order.len().next_multiple_of(WIDTH),
-            positions,
-            normals,
-            has_round: sources.tangents.is_none()
-                && sources.round.is_some_and(|round| round.iter().any(|&is_round| is_round != 0)),
-            shape,
+            parts,
+            merged: OrderedGeometry::ordered(geometry, &[]),
+            has_round: geometry.tangents.is_none()
+                && geometry.round.is_some_and(|round| round.iter().any(|&is_round| is_round != 0)),
             albedo,
             ao,
             material: material.map(|all| order.par_iter().map(|&i| all[i as usize]).collect()),
@@ -232,11 +127,84 @@ impl Columns {
             roots: 0..0,
             above: None,
             max_reach: 0.0,
+            order: (!is_made_at_once).then_some(order),
         };
-        drop(order);
         report(0.4);
-        columns.merge(merging, linear_of_srgb, &|done| report(0.4 + 0.6 * done));
+        columns.merge(geometry, merging, linear_of_srgb, &|done| report(0.4 + 0.6 * done));
         columns
+    }
+
+    /// The part of the cloud's own surfels with this number, made where it is not there and not kept then; `None` where
+    /// there is none.
+    pub(crate) fn with_part<T>(
+        &self,
+        number: usize,
+        geometry: Option<&Geometry<'_>>,
+        work: impl FnOnce(&OrderedGeometry) -> T,
+    ) -> Option<T> {
+        match self.parts.get(number)?.get() {
+            Some(part) => Some(work(part)),
+            None => Some(work(&self.made(number, geometry?)?)),
+        }
+    }
+
+    fn made(&self, number: usize, geometry: &Geometry<'_>) -> Option<OrderedGeometry> {
+        let order = self.order.as_ref()?.chunks(PART).nth(number)?;
+        Some(OrderedGeometry::ordered(geometry, order))
+    }
+
+    /// The part of the cloud's own surfels that a group is of, where it is still to be made.
+    pub(crate) fn missing_part(&self, group: usize) -> Option<usize> {
+        let number = group * WIDTH / PART;
+        (!self.is_merged(group) && self.parts.get(number)?.get().is_none()).then_some(number)
+    }
+
+    /// Makes a part, unless it is there.
+    pub(crate) fn make_part(&self, number: usize, geometry: &Geometry<'_>) {
+        let Some(part) = self.parts.get(number) else { return };
+        if part.get().is_none()
+            && let Some(made) = self.made(number, geometry)
+        {
+            part.get_or_init(|| made);
+        }
+    }
+
+    /// Makes all parts of the cloud's own surfels, for whoever reads all places.
+    pub fn make_all_parts(&self, geometry: &Geometry<'_>) {
+        let all = (0..self.parts.len()).into_par_iter();
+        all.for_each(|number| self.make_part(number, geometry));
+    }
+
+    /// The part that a group is in, and its number there.
+    #[inline(always)]
+    pub(crate) fn geometry(&self, group: usize) -> (&OrderedGeometry, usize) {
+        const GROUPS: usize = PART / WIDTH;
+        match group.checked_sub(padded(self.len) / WIDTH) {
+            Some(at) => (&self.merged, at),
+            None => match self.parts[group / GROUPS].get() {
+                Some(part) => (part, group % GROUPS),
+                None => never_made(),
+            },
+        }
+    }
+
+    /// The part that a place is in, and its number there.
+    #[inline(always)]
+    pub(crate) fn geometry_at(&self, place: usize) -> (&OrderedGeometry, usize) {
+        let (part, group) = self.geometry(place / WIDTH);
+        (part, group * WIDTH + place % WIDTH)
+    }
+
+    #[inline(always)]
+    pub(crate) fn position_of(&self, place: usize) -> [f32; 3] {
+        let (part, at) = self.geometry_at(place);
+        part.positions.one(at)
+    }
+
+    #[inline(always)]
+    pub(crate) fn normal_of(&self, place: usize) -> [f32; 3] {
+        let (part, at) = self.geometry_at(place);
+        part.normals.one(at)
     }
 
     /// Whether a group is of merged surfels.
@@ -247,14 +215,15 @@ impl Columns {
     /// Makes the tree of blocks and the merged surfels.
     fn merge(
         &mut self,
+        geometry: &Geometry<'_>,
         merging: Merging,
         linear_of_srgb: &[f32; 256],
         report: &(dyn Fn(f32) + Sync),
     ) {
         self.pad_albedo(self.n_places);
-        let merges = merging != Merging::No && matches!(self.shape, Shape::Radius(_));
+        let merges = merging != Merging::No && matches!(self.merged.shape, Shape::Radius(_));
         let how = (merges, merging == Merging::Repaintable);
-        let tree = level_of_detail::tree(self, how, linear_of_srgb, report);
+        let tree = level_of_detail::tree(self, geometry, how, linear_of_srgb, report);
         self.above = match merging {
             _ if !merges => Some(Above::default()),
             Merging::Repaintable => tree.above.if_whole(),
@@ -269,11 +238,7 @@ impl Columns {
     /// Appends merged surfels, filled up to whole groups; the number of the first of these.
     pub(crate) fn push(&mut self, samples: &[Sample]) -> usize {
         let first = self.n_places / WIDTH;
-        self.positions.push(samples.iter().map(|sample| sample.position));
-        self.normals.push(samples.iter().map(|sample| sample.normal));
-        if let Shape::Radius(radii) = &mut self.shape {
-            radii.push(samples.iter().map(|one| radius_drawn(one.radius, one.is_round)));
-        }
+        self.merged.push(samples);
         if let Some(ao) = &mut self.ao {
             ao.push(samples.iter().map(|sample| sample.ao));
         }
@@ -349,18 +314,18 @@ impl Columns {
     /// Bytes in memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let shape = match self.shape {
-            Shape::Radius(_) => 1,
-            Shape::Tangents(..) => 6,
-        };
+        let parts = self.parts.iter().filter_map(OnceLock::get).map(OrderedGeometry::bytes);
         let albedo = match &self.albedo {
             Albedo::Same(_) => 0,
             Albedo::Codes(codes) => 4 * codes.len(),
             Albedo::Halves(halves) => 8 * halves.len(),
         };
-        let words = 6 + shape + usize::from(self.ao.is_some());
+        let ao = self.ao.as_ref().map_or(0, |_| 4 * self.n_places);
         let material = self.material.as_ref().map_or(0, |all| 4 * all.len());
-        self.n_places * words * 4
+        parts.sum::<usize>()
+            + self.merged.bytes()
+            + self.order.as_ref().map_or(0, |order| 4 * order.len())
+            + ao
             + albedo
             + material
             + self.splats.bytes()
@@ -402,6 +367,12 @@ impl Columns {
             }
         }
     }
+}
+
+/// Whoever draws or reads places makes their parts before.
+#[cold]
+fn never_made() -> ! {
+    panic!("a part of a cloud is read that was never put in order")
 }
 
 fn padded(n: usize) -> usize {
