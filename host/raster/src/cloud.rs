@@ -8,7 +8,8 @@ use glam::Mat4;
 pub struct Cloud<'a> {
     /// Its columns.
     pub columns: &'a Columns,
-    /// What parts of them are made of that are not there yet: the cloud that they were made of. None where all are.
+    /// The cloud that the columns were made of, by which parts of them are put in order that are not yet. None where all
+    /// are, or where nothing is drawn.
     pub geometry: Option<Geometry<'a>>,
     /// Rigid motion from its positions to view space, scaled to units of drawing.
     pub view_from_cloud: Mat4,

@@ -63,6 +63,10 @@ pub const GROUP: usize = lanes::WIDTH;
 
 /// Draws clouds into a picture, whose memory is used again; `linear_of_srgb` holds the linear values of
 /// all 8-bit codes.
+///
+/// # Panics
+/// Where parts of columns are to be drawn that are not in order, and there is nothing to order them by:
+/// [`Cloud::geometry`].
 pub fn draw(
     clouds: &[Cloud<'_>],
     view: &View,
@@ -105,7 +109,11 @@ fn draw_with(
         })
         .collect();
     let placed = cull::visible_blocks(&in_view);
-    make_parts(clouds, &placed);
+    let mut spent = Spent { cull: timer.lap(), ..Spent::default() };
+    let stop = picture.stop.clone();
+    let is_stopped = || stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+    make_parts(clouds, &placed, &is_stopped);
+    spent.place = timer.lap();
     picture.drawn = DrawCounts {
         blocks: placed.len(),
         surfels: placed.iter().map(|placed| n_surfels(&in_view, placed)).sum(),
@@ -114,9 +122,8 @@ fn draw_with(
     let by_band = by_band(&placed, height);
     let clock = clocks.map(|clocks| clocks.thread);
     let all = AllSplats::new(&in_view, &placed, &by_band, width, parts.mode == Mode::Fields);
-    let spent = Mutex::new(Spent { cull: timer.lap(), ..Spent::default() });
-    let stop = picture.stop.clone();
-    let is_stopped = || stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+    spent.cull += timer.lap();
+    let spent = Mutex::new(spent);
     let mut backs = vec![Vec::new(); by_band.len()];
     bands(picture, width, height, &mut backs).into_par_iter().zip(&by_band).for_each_init(
         Worker::new,
@@ -139,8 +146,12 @@ fn draw_with(
     picture.spent = spent.into_inner().unwrap_or_else(PoisonError::into_inner);
 }
 
-/// Makes the parts of clouds that are drawn and not there yet.
-fn make_parts(clouds: &[Cloud<'_>], placed: &[VisibleBlock]) {
+/// Makes the parts of clouds that are drawn and not there yet, unless nobody wants the picture any more.
+fn make_parts(
+    clouds: &[Cloud<'_>],
+    placed: &[VisibleBlock],
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) {
     let missing = |placed: &VisibleBlock| {
         let columns = clouds[placed.cloud as usize].columns;
         let first = columns.blocks[placed.block as usize].first;
@@ -150,8 +161,9 @@ fn make_parts(clouds: &[Cloud<'_>], placed: &[VisibleBlock]) {
     all.sort_unstable();
     all.dedup();
     all.par_iter().for_each(|&(cloud, number)| {
-        if let Cloud { columns, geometry: Some(geometry), .. } = &clouds[cloud] {
-            columns.make_part(number, geometry);
+        if !is_stopped() {
+            let Cloud { columns, geometry, .. } = &clouds[cloud];
+            columns.make_part(number, geometry.as_ref());
         }
     });
 }

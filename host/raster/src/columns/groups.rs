@@ -11,31 +11,24 @@ pub(crate) struct Triples(Vec<[[f32; WIDTH]; 3]>);
 /// Groups that a thread fills at a time.
 const GROUPS: usize = 1 << 10;
 
-/// A value of each surfel in this order, by groups, made by all threads.
-fn ordered<T: Copy + Default + Send + Sync>(
-    order: &[u32],
-    put: impl Fn(&mut T, usize, usize) + Sync,
-) -> Vec<T> {
-    let mut groups = vec![T::default(); order.len().div_ceil(WIDTH)];
-    let each = groups.par_chunks_mut(GROUPS).zip(order.par_chunks(GROUPS * WIDTH));
-    each.for_each(|(groups, order)| {
-        for (group, order) in groups.iter_mut().zip(order.chunks(WIDTH)) {
-            for (lane, &i) in order.iter().enumerate() {
-                put(group, lane, i as usize);
-            }
+/// Fills groups with a value of each surfel in this order.
+fn fill<T>(groups: &mut [T], order: &[u32], put: impl Fn(&mut T, usize, usize)) {
+    for (group, order) in groups.iter_mut().zip(order.chunks(WIDTH)) {
+        for (lane, &i) in order.iter().enumerate() {
+            put(group, lane, i as usize);
         }
-    });
-    groups
+    }
 }
 
 impl Triples {
-    pub(super) fn ordered(order: &[u32], value: impl Fn(usize) -> [f32; 3] + Sync) -> Self {
-        let put = |group: &mut [[f32; WIDTH]; 3], lane: usize, i: usize| {
+    pub(super) fn ordered(order: &[u32], value: impl Fn(usize) -> [f32; 3]) -> Self {
+        let mut groups = vec![[[0.0; WIDTH]; 3]; order.len().div_ceil(WIDTH)];
+        fill(&mut groups, order, |group, lane, i| {
             for (axis, x) in value(i).into_iter().enumerate() {
                 group[axis][lane] = x;
             }
-        };
-        Self(ordered(order, put))
+        });
+        Self(groups)
     }
 
     pub(super) fn push(&mut self, values: impl ExactSizeIterator<Item = [f32; 3]>) {
@@ -59,7 +52,7 @@ impl Triples {
         [0, 1, 2].map(|axis| group[axis][place % WIDTH])
     }
 
-    /// Numbers of each surfel, those of groups that are not full among them.
+    /// Places, those of groups that are not full among them.
     pub(super) fn n_places(&self) -> usize {
         self.0.len() * WIDTH
     }
@@ -70,8 +63,20 @@ impl Triples {
 pub(crate) struct Singles(Vec<[f32; WIDTH]>);
 
 impl Singles {
-    pub(super) fn ordered(order: &[u32], value: impl Fn(usize) -> f32 + Sync) -> Self {
-        Self(ordered(order, |group: &mut [f32; WIDTH], lane, i| group[lane] = value(i)))
+    pub(super) fn ordered(order: &[u32], value: impl Fn(usize) -> f32) -> Self {
+        let mut groups = vec![[0.0; WIDTH]; order.len().div_ceil(WIDTH)];
+        fill(&mut groups, order, |group, lane, i| group[lane] = value(i));
+        Self(groups)
+    }
+
+    /// The same by all threads.
+    pub(super) fn ordered_by_all(order: &[u32], value: impl Fn(usize) -> f32 + Sync) -> Self {
+        let mut groups = vec![[0.0; WIDTH]; order.len().div_ceil(WIDTH)];
+        let each = groups.par_chunks_mut(GROUPS).zip(order.par_chunks(GROUPS * WIDTH));
+        each.for_each(|(groups, order)| {
+            fill(groups, order, |group, lane, i| group[lane] = value(i))
+        });
+        Self(groups)
     }
 
     pub(super) fn push(&mut self, values: impl ExactSizeIterator<Item = f32>) {

@@ -31,8 +31,7 @@ pub enum Albedo {
 pub enum Merging {
     /// None are.
     No,
-    /// They are. Parts of the cloud itself are put in order when they are drawn, so that those which merged surfels
-    /// stand for take no memory.
+    /// They are.
     Once,
     /// They are, and what they follow from is kept, as far as it takes little: [`Columns::repaint`] changes them.
     Repaintable,
@@ -46,7 +45,8 @@ pub struct Columns {
     len: usize,
     /// Places, those of merged surfels and of groups that are not full among them.
     pub(crate) n_places: usize,
-    /// The cloud's own surfels, in parts of [`PART`]; those that are not there yet follow from the order.
+    /// The cloud's own surfels, in parts of [`PART`]. A part that merged surfels stand for takes no memory: it is put in
+    /// order when it is first drawn, and stays then.
     parts: Vec<OnceLock<OrderedGeometry>>,
     /// Places in the file, where parts may still be made.
     order: Option<Arc<Vec<u32>>>,
@@ -76,6 +76,8 @@ pub struct Sources<'a> {
     pub ao: Option<&'a [f32]>,
     /// Indices of materials.
     pub materials: Option<&'a [u32]>,
+    /// Whether all places are read, and not only those that are drawn.
+    pub all_read: bool,
 }
 
 /// The radius that a surfel is drawn with: negative where it is a round splat that faces the eye. Radii that are not
@@ -102,14 +104,13 @@ impl Columns {
         report: &(dyn Fn(f32) + Sync),
     ) -> Self {
         let geometry = &sources.geometry;
-        let is_made_at_once = merging != Merging::Once;
-        let part = |order: &[u32]| match is_made_at_once {
-            true => OnceLock::from(OrderedGeometry::ordered(geometry, order)),
-            false => OnceLock::new(),
+        let may_wait = merging != Merging::No && geometry.tangents.is_none() && !sources.all_read;
+        let part = |order: &[u32]| match may_wait {
+            true => OnceLock::new(),
+            false => OnceLock::from(OrderedGeometry::ordered(geometry, order)),
         };
         let parts = order.par_chunks(PART).map(part).collect();
-        report(0.3);
-        let ao = sources.ao.map(|values| Singles::ordered(&order, |i| values[i]));
+        let ao = sources.ao.map(|values| Singles::ordered_by_all(&order, |i| values[i]));
         let material = sources.materials;
         let mut columns = Self {
             len: order.len(),
@@ -127,52 +128,59 @@ impl Columns {
             roots: 0..0,
             above: None,
             max_reach: 0.0,
-            order: (!is_made_at_once).then_some(order),
+            order: may_wait.then_some(order),
         };
-        report(0.4);
-        columns.merge(geometry, merging, linear_of_srgb, &|done| report(0.4 + 0.6 * done));
+        let before = if may_wait { 0.0 } else { 0.4 };
+        report(before);
+        let told = |done: f32| report(before + (1.0 - before) * done);
+        columns.merge(geometry, merging, linear_of_srgb, &told);
         columns
     }
 
-    /// The part of the cloud's own surfels with this number, made where it is not there and not kept then; `None` where
-    /// there is none.
+    /// Hands over a part of the cloud's own surfels, which is dropped again where it had to be made.
     pub(crate) fn with_part<T>(
         &self,
         number: usize,
-        geometry: Option<&Geometry<'_>>,
+        geometry: &Geometry<'_>,
         work: impl FnOnce(&OrderedGeometry) -> T,
-    ) -> Option<T> {
-        match self.parts.get(number)?.get() {
-            Some(part) => Some(work(part)),
-            None => Some(work(&self.made(number, geometry?)?)),
+    ) -> T {
+        match self.parts[number].get() {
+            Some(part) => work(part),
+            None => work(&self.made(number, geometry)),
         }
     }
 
-    fn made(&self, number: usize, geometry: &Geometry<'_>) -> Option<OrderedGeometry> {
-        let order = self.order.as_ref()?.chunks(PART).nth(number)?;
-        Some(OrderedGeometry::ordered(geometry, order))
+    fn made(&self, number: usize, geometry: &Geometry<'_>) -> OrderedGeometry {
+        let order = self.order.as_ref().and_then(|order| order.chunks(PART).nth(number));
+        OrderedGeometry::ordered(geometry, order.unwrap_or_else(|| never_made()))
     }
 
     /// The part of the cloud's own surfels that a group is of, where it is still to be made.
     pub(crate) fn missing_part(&self, group: usize) -> Option<usize> {
         let number = group * WIDTH / PART;
-        (!self.is_merged(group) && self.parts.get(number)?.get().is_none()).then_some(number)
+        (!self.is_merged(group) && self.parts[number].get().is_none()).then_some(number)
     }
 
-    /// Makes a part, unless it is there.
-    pub(crate) fn make_part(&self, number: usize, geometry: &Geometry<'_>) {
-        let Some(part) = self.parts.get(number) else { return };
-        if part.get().is_none()
-            && let Some(made) = self.made(number, geometry)
-        {
-            part.get_or_init(|| made);
+    /// Makes a part, unless it is there, of what is given for that.
+    pub(crate) fn make_part(&self, number: usize, geometry: Option<&Geometry<'_>>) {
+        if self.parts[number].get().is_none() {
+            let made = self.made(number, geometry.unwrap_or_else(|| never_made()));
+            self.parts[number].get_or_init(|| made);
         }
     }
 
     /// Makes all parts of the cloud's own surfels, for whoever reads all places.
     pub fn make_all_parts(&self, geometry: &Geometry<'_>) {
-        let all = (0..self.parts.len()).into_par_iter();
-        all.for_each(|number| self.make_part(number, geometry));
+        if self.order.is_some() {
+            let all = (0..self.parts.len()).into_par_iter();
+            all.for_each(|number| self.make_part(number, Some(geometry)));
+        }
+    }
+
+    /// Places in the file, where they are held to put parts in order.
+    #[must_use]
+    pub fn order(&self) -> Option<&Arc<Vec<u32>>> {
+        self.order.as_ref()
     }
 
     /// The part that a group is in, and its number there.
@@ -311,7 +319,7 @@ impl Columns {
         self.len == 0
     }
 
-    /// Bytes in memory.
+    /// Bytes in memory, but for the order.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let parts = self.parts.iter().filter_map(OnceLock::get).map(OrderedGeometry::bytes);
@@ -324,7 +332,6 @@ impl Columns {
         let material = self.material.as_ref().map_or(0, |all| 4 * all.len());
         parts.sum::<usize>()
             + self.merged.bytes()
-            + self.order.as_ref().map_or(0, |order| 4 * order.len())
             + ao
             + albedo
             + material

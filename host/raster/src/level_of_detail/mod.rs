@@ -30,8 +30,7 @@ const WORTHWHILE: f64 = 0.7;
 /// Levels of blocks that are made together, over `BRANCH` to this power of the smallest ones: what they are merged of
 /// takes more memory than the cloud itself, and lives no longer.
 const TOGETHER: u32 = 4;
-/// Surfels that are put in order together, at most: those that the finest merged ones stand for, which are drawn together
-/// or not at all.
+/// Surfels that are put in order together: four smallest blocks, those under one block of the finest merged ones.
 pub(crate) const PART: usize = BLOCK * BRANCH;
 /// Parts of so many blocks that a thread makes before merged surfels are put to those of the cloud.
 const AT_A_TIME: usize = 2;
@@ -89,9 +88,9 @@ pub(crate) fn tree(
     let n = columns.len();
     let n_leaves = n.div_ceil(BLOCK);
     if n_leaves <= 1 {
-        let leaf = columns.with_part(0, Some(geometry), |part| {
-            leaf((columns, part, 0), 0..n, merges, linear_of_srgb).block
-        });
+        let leaf =
+            |part: &OrderedGeometry| leaf((columns, part, 0), 0..n, merges, linear_of_srgb).block;
+        let leaf = (n > 0).then(|| columns.with_part(0, geometry, leaf));
         let blocks: Vec<Block> = leaf.into_iter().collect();
         return Tree { roots: 0..blocks.len(), blocks, above: Above::default() };
     }
@@ -104,9 +103,9 @@ pub(crate) fn tree(
     for firsts in firsts.chunks(AT_A_TIME * rayon::current_num_threads()) {
         let made = |&first: &usize| {
             let leaves = first..(first + per_part).min(n_leaves);
-            part((columns, Some(geometry)), leaves, n_levels, merges, linear_of_srgb)
+            part((columns, geometry), leaves, n_levels, merges, linear_of_srgb)
         };
-        let parts: Vec<Part> = firsts.par_iter().filter_map(made).collect();
+        let parts: Vec<Part> = firsts.par_iter().map(made).collect();
         for mut part in parts {
             let base = tree.blocks.len();
             tree.above.parts.push(base);
@@ -153,15 +152,14 @@ fn places(first: usize, i: usize, n: usize) -> [u32; 2] {
     [BRANCH * i, (BRANCH * (i + 1)).min(n)].map(|at| (first + at) as u32)
 }
 
-/// So many levels of blocks over some of the smallest ones; `None` where surfels of these are not in order, and nothing is
-/// given to order them by.
+/// So many levels of blocks over some of the smallest ones.
 fn part(
-    (columns, geometry): (&Columns, Option<&Geometry<'_>>),
+    (columns, geometry): (&Columns, &Geometry<'_>),
     leaves: Range<usize>,
     n_levels: u32,
     merges: bool,
     linear_of_srgb: &[f32; 256],
-) -> Option<Part> {
+) -> Part {
     let (mut blocks, mut level) =
         (Vec::with_capacity(leaves.len() * BRANCH / (BRANCH - 1)), Vec::new());
     let all: Vec<usize> = leaves.collect();
@@ -176,7 +174,7 @@ fn part(
             };
             numbers.iter().map(leaf).collect::<Vec<Node>>()
         };
-        let four = columns.with_part(first / PART, geometry, four)?;
+        let four = columns.with_part(first / PART, geometry, four);
         blocks.extend(four.iter().map(|leaf| leaf.block));
         level.push(joined(&four, places(0, i, all.len())));
     }
@@ -192,7 +190,7 @@ fn part(
     }
     // Each level has a quarter of the one below, so one is left.
     let top = level.pop().unwrap_or_else(|| joined(&[], [0, 0]));
-    Some(Part { blocks, merged, top })
+    Part { blocks, merged, top }
 }
 
 /// A smallest block: of columns, and the part that it is in, which has its first surfel at this place.

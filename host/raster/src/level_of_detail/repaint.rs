@@ -7,7 +7,7 @@
 use super::block::Block;
 use super::merge::Sample;
 use super::{Above, BLOCK, BRANCH, Level, Node, joined, part, places};
-use crate::columns::{Albedo, Columns};
+use crate::columns::{Albedo, Columns, Geometry};
 use crate::lanes::WIDTH;
 use rayon::prelude::*;
 
@@ -57,7 +57,7 @@ impl Above {
 /// Makes merged surfels anew that stand for surfels at these places, in ascending order. `None` where others would be
 /// merged than are: then all columns are to be made anew.
 fn remerge(
-    columns: &mut Columns,
+    (columns, geometry): (&mut Columns, &Geometry<'_>),
     above: &mut Above,
     changed: &[u32],
     linear_of_srgb: &[f32; 256],
@@ -74,11 +74,10 @@ fn remerge(
         let made = |&number: &usize| {
             let first = number * above.per_part;
             let leaves = first..(first + above.per_part).min(n_leaves);
-            let part = part((columns, None), leaves, above.n_levels, true, linear_of_srgb)?;
-            Some((number, part))
+            (number, part((columns, geometry), leaves, above.n_levels, true, linear_of_srgb))
         };
-        let made: Option<Vec<_>> = numbers.par_iter().map(made).collect();
-        for (number, part) in made? {
+        let made: Vec<_> = numbers.par_iter().map(made).collect();
+        for (number, part) in made {
             let base = *above.parts.get(number)?;
             let known = columns.blocks.get(base..base + part.blocks.len())?;
             let is_same = |(known, made): (&Block, &Block)| known.count == made.count;
@@ -123,8 +122,14 @@ impl Above {
 
 impl Columns {
     /// Gives surfels other albedos and accessibilities, and what they are merged to those that follow. Returns whether
-    /// that could be: else the columns are no longer right, and to be made anew.
-    pub fn repaint(&mut self, paint: &Paint, linear_of_srgb: &[f32; 256]) -> bool {
+    /// that could be: else the columns are no longer right, and to be made anew. The geometry is that of the cloud, which
+    /// has not changed.
+    pub fn repaint(
+        &mut self,
+        paint: &Paint,
+        geometry: &Geometry<'_>,
+        linear_of_srgb: &[f32; 256],
+    ) -> bool {
         if paint.places.last().is_some_and(|last| *last as usize >= self.len()) {
             return false;
         }
@@ -147,7 +152,7 @@ impl Columns {
             (None, Some(_)) => return false,
         }
         let Some(mut above) = self.above.take() else { return false };
-        let merged = remerge(self, &mut above, &paint.places, linear_of_srgb);
+        let merged = remerge((self, geometry), &mut above, &paint.places, linear_of_srgb);
         self.above = merged.map(|()| above);
         self.above.is_some()
     }

@@ -411,6 +411,7 @@ impl Engine {
             };
             let drawn = drawn?;
             let round_reach = if is_merged { f32::INFINITY } else { drawn.round_reach };
+            // No column of it is among those that are made for clouds without them.
             let geometry = if on_host { Some(geometry_of(cloud)?) } else { None };
             Ok(DrawnCloud { object, round_reach, geometry, ..drawn })
         };

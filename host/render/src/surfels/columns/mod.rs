@@ -199,6 +199,7 @@ impl Columns {
         // Orders of clouds that differ in attributes are one.
         let mut orders: Vec<&Arc<Vec<u32>>> =
             self.orders.iter().filter_map(|order| order.indices.as_ref()).collect();
+        orders.extend(self.on_host.iter().filter_map(|cloud| cloud.columns.order()));
         orders.sort_by_key(|order| Arc::as_ptr(order));
         orders.dedup_by(|a, b| Arc::ptr_eq(a, b));
         let kept: usize = orders.iter().map(|order| size_of_val(order.as_slice())).sum();

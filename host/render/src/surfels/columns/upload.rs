@@ -64,7 +64,7 @@ impl Columns {
         let wanted = self.wanted_of(cloud.len).for_merged(merged);
         let (order_serial, n_whole, order) = match merged {
             true => {
-                let known = self.in_memory(cloud, true, tell)?;
+                let known = self.in_memory(cloud, (true, true), tell)?;
                 known.columns.make_all_parts(&geometry_of(cloud)?);
                 let n_places = known.columns.n_places();
                 drawn.merged = Some(known.columns.clone());

@@ -93,8 +93,8 @@ impl<'a> Drawn<'a> {
             Values::U32(values) if column.components == 1 => Some(values),
             _ => None,
         });
-        let sources =
-            Sources { geometry, ao: cloud.floats(columns::AO, 1).filter(|_| wanted.ao), materials };
+        let ao = cloud.floats(columns::AO, 1).filter(|_| wanted.ao);
+        let sources = Sources { geometry, ao, materials, all_read: false };
         let color = cloud.column(columns::COLOR);
         let color = color.filter(|column| wanted.color && is_color(column));
         let fields = fields_of(cloud).filter(|_| wanted.fields);
@@ -182,7 +182,7 @@ impl Columns {
     ) -> Result<DrawnCloud<'static>, RenderError> {
         let n_surfels = counted(cloud)?;
         let chunk_len = self.chunk_len;
-        let known = self.in_memory(cloud, merged, tell)?;
+        let known = self.in_memory(cloud, (merged, false), tell)?;
         Ok(DrawnCloud {
             origin: cloud.origin,
             object: 0,
@@ -202,17 +202,18 @@ impl Columns {
         })
     }
 
-    /// A cloud's columns in memory.
+    /// A cloud's columns in memory: with merged surfels, and for whoever reads all of them.
     ///
     /// # Errors
     /// Where a column that drawing needs is missing or of another type.
     pub(crate) fn in_memory(
         &mut self,
         cloud: &CloudView<'_>,
-        merged: bool,
+        (merged, all_read): (bool, bool),
         tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<&OnHost, RenderError> {
-        let drawn = Drawn::of(cloud, self.wanted_of(cloud.len).for_merged(merged))?;
+        let mut drawn = Drawn::of(cloud, self.wanted_of(cloud.len).for_merged(merged))?;
+        drawn.sources.all_read = all_read;
         let (order_serial, n_whole, order) = self.order(cloud);
         let is_it = |known: &OnHost| {
             known.has(&drawn.columns, cloud)

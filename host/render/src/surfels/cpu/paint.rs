@@ -80,7 +80,8 @@ impl Columns {
         };
         let ao = drawn.sources.ao.filter(|_| is_new(columns::AO));
         let ao = ao.map(|ao| rows.iter().map(|row| ao[*row as usize]).collect());
-        if !columns.repaint(&Paint { places, albedo, ao }, &LINEAR_OF_SRGB) {
+        if !columns.repaint(&Paint { places, albedo, ao }, &drawn.sources.geometry, &LINEAR_OF_SRGB)
+        {
             self.on_host.remove(at);
             return None;
         }
