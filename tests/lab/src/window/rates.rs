@@ -1,8 +1,8 @@
-//! How well pictures follow the hand: `window rates FILE...`.
+//! How well pictures follow the hand: `window rates [whole] FILE...`; with `whole` nothing is drawn coarser in motion.
 //!
 //! The real program at 1280 x 800 under Xvfb shows each file with a lamp in the middle. While the mouse turns the view,
-//! and then drags the lamp, the pictures that arrive in the window are counted, and the longest time between two is
-//! kept; on a quiet machine, and again beside a process that takes a core. Last, what the window takes while nothing
+//! and then drags the lamp, the pictures that arrive in the window are counted, those in full detail among them, and the
+//! longest time between two is kept; on a quiet machine, and again beside a process that takes a core. Last, what the window takes while nothing
 //! moves.
 
 use super::{FILL, pause};
@@ -27,10 +27,16 @@ const IDLE: f64 = 10.0;
 /// Ticks of a second in the system's times of processes: the same on every Linux.
 const TICKS: f64 = 100.0;
 
-pub(super) fn run(files: &[String]) -> Result<()> {
+pub(super) fn run(arguments: &[String]) -> Result<()> {
+    let (whole, files) = match arguments {
+        [first, files @ ..] if first == "whole" => (true, files),
+        files => (false, files),
+    };
     anyhow::ensure!(!files.is_empty(), "expected files of clouds");
-    println!("| cloud | million | machine | what moves | pictures a second | worst gap, s |");
-    println!("|---|---|---|---|---|---|");
+    println!(
+        "| cloud | million | machine | what moves | pictures a second | in full detail, % | worst gap, s |"
+    );
+    println!("|---|---|---|---|---|---|---|");
     for file in files {
         let path = std::path::absolute(file)?;
         let name = path.file_name().unwrap_or_default().display().to_string();
@@ -46,11 +52,22 @@ pub(super) fn run(files: &[String]) -> Result<()> {
             program.picture(0, "ewa-phong");
             // Antialiasing, and a subset that is shown until all is uploaded, are over.
             while program.says(&["pane=0", "picture"], Duration::from_secs(6)) {}
+            if whole {
+                screen.xdotool("key ctrl+shift+p sleep 1");
+                for word in ["Draw", "less", "while"] {
+                    screen.xdotool(&format!("type {word}"));
+                    screen.xdotool("key space");
+                }
+                screen.xdotool("sleep 1 key Return sleep 1");
+            }
             let middle = middle_of_view(SIZE);
             for (what, start) in [("view", [middle[0] - 200, middle[1] + 240]), ("lamp", middle)] {
-                let arrivals = drag(&screen, &mut program, start);
+                let (arrivals, n_full) = drag(&screen, &mut program, start);
                 let (rate, gap) = rate_and_gap(&arrivals);
-                println!("| {name} | {million:.2} | {machine} | {what} | {rate:.1} | {gap:.2} |");
+                let full = 100.0 * n_full as f64 / arrivals.len().saturating_sub(2).max(1) as f64;
+                println!(
+                    "| {name} | {million:.2} | {machine} | {what} | {rate:.1} | {full:.0} | {gap:.2} |"
+                );
                 while program.says(&["pane=0", "picture"], Duration::from_secs(4)) {}
             }
             let pid = program.child.id();
@@ -58,7 +75,7 @@ pub(super) fn run(files: &[String]) -> Result<()> {
             pause(IDLE);
             let share = (cpu_seconds(pid)? - before) / IDLE;
             println!(
-                "| {name} | {million:.2} | {machine} | nothing: {:.2} % of a core | | |",
+                "| {name} | {million:.2} | {machine} | nothing: {:.2} % of a core | | | |",
                 100.0 * share
             );
             drop(load);
@@ -97,8 +114,9 @@ fn middle_of_view([width, height]: [u32; 2]) -> [i32; 2] {
     [(left + width as i32 - right) / 2, (top + height as i32 - bottom) / 2]
 }
 
-/// Drags back and forth from a place, and returns when the drag began, when each picture arrived, and when it ended.
-fn drag(screen: &Screen, program: &mut Program<'_>, [x0, y0]: [i32; 2]) -> Vec<Instant> {
+/// Drags back and forth from a place, and returns when the drag began, when each picture arrived, and when it ended; and how
+/// many pictures were in full detail.
+fn drag(screen: &Screen, program: &mut Program<'_>, [x0, y0]: [i32; 2]) -> (Vec<Instant>, usize) {
     screen.xdotool(&format!("mousemove {x0} {y0} sleep 0.3 mousedown 1 sleep 0.1"));
     let mut line = String::new();
     let n_steps = (DRAG / STEP) as i32;
@@ -108,18 +126,20 @@ fn drag(screen: &Screen, program: &mut Program<'_>, [x0, y0]: [i32; 2]) -> Vec<I
         line.push_str(&format!(" mousemove {} {} sleep {STEP}", x0 + x as i32, y0 + y as i32));
     }
     line.push_str(" mouseup 1");
-    let mut arrivals = Vec::new();
+    let (mut arrivals, mut n_full) = (Vec::new(), 0);
     std::thread::scope(|scope| {
         arrivals.push(Instant::now());
         let mover = scope.spawn(|| screen.xdotool(line.trim_start()));
         while !mover.is_finished() {
             if program.says(&["picture", "pane=0"], Duration::from_millis(50)) {
                 arrivals.push(Instant::now());
+                let line = program.seen.last();
+                n_full += usize::from(line.is_some_and(|line| line.contains("full detail")));
             }
         }
         arrivals.push(Instant::now());
     });
-    arrivals
+    (arrivals, n_full)
 }
 
 /// Pictures a second between the first and the last time, and the longest time between two, seconds.
