@@ -1,7 +1,6 @@
 //! Where surfels are, how they stand and how large they are: a part of a cloud in drawing order.
 
 use super::groups::{Singles, Triples};
-use super::radius_drawn;
 use crate::level_of_detail::merge::Sample;
 
 /// Columns in the order of the file; vectors are three numbers a surfel.
@@ -32,6 +31,15 @@ pub(crate) struct OrderedGeometry {
     pub(crate) positions: Triples,
     pub(crate) normals: Triples,
     pub(crate) shape: Shape,
+}
+
+/// The radius that a surfel is drawn with: negative where it is a round splat that faces the eye. Radii that are not
+/// positive are of no surfel.
+#[inline]
+#[must_use]
+pub fn radius_drawn(radius: f32, is_round: bool) -> f32 {
+    let radius = radius.max(0.0);
+    if is_round { -radius } else { radius }
 }
 
 fn three(values: &[f32], i: usize) -> [f32; 3] {

@@ -3,7 +3,7 @@
 pub(crate) mod geometry;
 mod groups;
 
-pub use geometry::Geometry;
+pub use geometry::{Geometry, radius_drawn};
 
 use crate::fields::Splats;
 use crate::lanes::WIDTH;
@@ -78,15 +78,6 @@ pub struct Sources<'a> {
     pub materials: Option<&'a [u32]>,
     /// Whether all places are read, and not only those that are drawn.
     pub all_read: bool,
-}
-
-/// The radius that a surfel is drawn with: negative where it is a round splat that faces the eye. Radii that are not
-/// positive are of no surfel.
-#[inline]
-#[must_use]
-pub fn radius_drawn(radius: f32, is_round: bool) -> f32 {
-    let radius = radius.max(0.0);
-    if is_round { -radius } else { radius }
 }
 
 impl Columns {
