@@ -1,7 +1,7 @@
-//! Pyramids through the program: made, ended and gone on with, described and drawn. Costs 10 s.
+//! Pyramids through the program: made, ended and gone on with, described and drawn. Costs 11 s.
 
 use crate::cli::program::{TestFolder, read_png};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 use surfelshop_cloud::{Cloud, Column, WriteOptions};
 use surfelshop_tests::clouds;
@@ -51,6 +51,36 @@ fn an_index_that_is_killed_goes_on_to_the_same_bytes() {
     assert!(bytes("whole.surfels") == bytes("parts.surfels"));
     let left: Vec<String> = desk.files();
     assert!(!left.iter().any(|name| name.contains(".index") || name.contains(".part")), "{left:?}");
+}
+
+/// A second.
+#[test]
+fn an_index_that_the_disk_does_not_hold_is_a_line_and_goes_on_to_the_same_bytes() {
+    let desk = TestFolder::new();
+    put_points(&desk, "a.ply", 150_000);
+    desk.run("index a.ply -o whole.surfels --memory 64MB").done();
+    let command = "index a.ply -o out.surfels --memory 64MB";
+    // A megabyte for each file, which is less than the points take. The signal that would end the program is turned into
+    // an error, as a full disk is.
+    let index = desk.command();
+    let mut shell = Command::new("sh");
+    shell.arg("-c").arg("trap '' XFSZ; ulimit -f 2048; exec \"$@\"").arg("sh");
+    shell.arg(index.get_program()).args(command.split(' ')).current_dir(desk.at(""));
+    let variables = index.get_envs().filter_map(|(name, value)| Some((name, value?)));
+    shell.envs(variables).env_remove("SURFELSHOP_LOG");
+    let output = shell.output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    let lines: Vec<&str> = said.lines().collect();
+    assert!(
+        lines.len() == 2 && lines[0].ends_with("the same command goes on from there"),
+        "{said}"
+    );
+    assert!(lines[1].starts_with("surfelshop: out.surfels.index/points"), "{said}");
+    assert!(!desk.at("out.surfels").exists());
+    desk.run(command).done();
+    let bytes = |name: &str| std::fs::read(desk.at(name)).unwrap();
+    assert!(bytes("whole.surfels") == bytes("out.surfels"));
 }
 
 #[test]

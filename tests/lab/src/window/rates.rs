@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
+use surfelshop_pyramid::Pyramid;
 use surfelshop_tests::screen::{Program, Screen};
 
 /// Pixels, as of a small laptop.
@@ -92,8 +93,7 @@ struct SceneFile {
 
 /// A scene of a cloud and a lamp in the middle of it, and how many surfels there are.
 fn with_lamp(cloud: &Path) -> Result<(SceneFile, usize)> {
-    let read = surfelshop_cloud::read(cloud, &Default::default())?.cloud;
-    let (low, high) = (read.facts().bounds_min, read.facts().bounds_max);
+    let ([low, high], n) = extent(cloud)?;
     let (middle, size) = (0.5 * (low + high), (high - low).length());
     let intensity = size * size;
     let DVec3 { x, y, z } = middle;
@@ -105,7 +105,18 @@ fn with_lamp(cloud: &Path) -> Result<(SceneFile, usize)> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("lamp.scene.toml");
     std::fs::write(&path, text)?;
-    Ok((SceneFile { path, _folder: folder }, read.len()))
+    Ok((SceneFile { path, _folder: folder }, n))
+}
+
+/// The corners of a cloud's box, and its number of surfels; of a pyramid as its head has them.
+fn extent(file: &Path) -> Result<([DVec3; 2], usize)> {
+    if file.extension().is_some_and(|extension| extension == "surfels") {
+        let pyramid = Pyramid::open(file)?;
+        let head = pyramid.directory();
+        return Ok((head.bounds, head.n_surfels as usize));
+    }
+    let read = surfelshop_cloud::read(file, &Default::default())?.cloud;
+    Ok(([read.facts().bounds_min, read.facts().bounds_max], read.len()))
 }
 
 /// The middle of the only view, pixels: between the outliner and the properties, below menu, toolbar and the view's row.
