@@ -78,7 +78,7 @@ impl RenderWorker {
                 self.health.succeeded(&active.reference, active.unit.contents);
                 active.beside.succeeded(&mut self.health);
                 self.active.insert(slot, active);
-                rendered_view(&frame, frames, explained.map(Arc::new), request, started)
+                rendered_view(frame, frames, explained.map(Arc::new), request, started)
             }
             Err(error) => {
                 let fault = self.record_fault(&active, error);
@@ -263,21 +263,23 @@ fn node_detail(request: &ViewRequest) -> f32 {
     DETAIL_PX * (request.detail.stride as f32).sqrt()
 }
 
-/// The picture of a frame.
+/// The picture of a frame. Pictures of megapixels are moved: a copy takes as long as shading them.
 pub(super) fn rendered_view(
-    frame: &ConvergedFrame,
+    frame: ConvergedFrame,
     frames: Frames,
     explained: Option<Arc<Explanation>>,
     request: &ViewRequest,
     started: Instant,
 ) -> anyhow::Result<RenderedView> {
-    let rendered = &frame.rendered;
-    let image = |output: &Output| {
-        let found = rendered.image(output).cloned();
-        found.ok_or_else(|| anyhow!("the renderer gave no output `{}`", output.name()))
+    let n_settled = frames.n_settled(&frame);
+    let mut rendered = frame.rendered;
+    let mut taken = |wanted: &Output| {
+        let at = rendered.images.iter().position(|(output, _)| output == wanted)?;
+        Some(rendered.images.swap_remove(at).1)
     };
-    let color = image(&Output::Color)?;
-    let n_settled = frames.n_settled(frame);
+    let (color, depth) = (taken(&Output::Color), taken(&Output::Depth));
+    let color =
+        color.ok_or_else(|| anyhow!("the renderer gave no output `{}`", Output::Color.name()))?;
     Ok(RenderedView {
         size: [color.width, color.height],
         levels: match request.for_measurement {
@@ -285,9 +287,9 @@ pub(super) fn rendered_view(
             false => outputs::levels(&color, &request.display),
         },
         color,
-        depth: rendered.image(&Output::Depth).cloned(),
+        depth,
         view: request.detail.view(request.view),
-        passes: rendered.passes.clone(),
+        passes: rendered.passes,
         milliseconds: started.elapsed().as_secs_f64() * 1e3,
         frame_ms: frame.milliseconds,
         own_passes_ms: frame.own_passes_ms,

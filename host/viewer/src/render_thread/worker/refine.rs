@@ -149,7 +149,7 @@ impl RenderWorker {
                 let is_sent = !refines || may_be_shown && refining.sent.elapsed() >= interval;
                 let rendered = is_sent.then(|| {
                     let shown = refining.shown(frame);
-                    rendered_view(&shown, frames, explained, &request, started)
+                    rendered_view(shown, frames, explained, &request, started)
                 });
                 rendered.transpose().map(|rendered| (refines, rendered))
             }

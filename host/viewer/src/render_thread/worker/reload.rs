@@ -105,7 +105,7 @@ impl RenderWorker {
         let started = Instant::now();
         let frames = Frames::of(slot, &request);
         let (frame, explained) = self.render(&mut view, &request, frames)?;
-        let rendered = rendered_view(&frame, frames, explained.map(Arc::new), &request, started)?;
+        let rendered = rendered_view(frame, frames, explained.map(Arc::new), &request, started)?;
         let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
         let report = format!(
             "{} was rebuilt: load and first graph {:.1} ms, compiling and drawing {:.0} ms, after \
