@@ -16,6 +16,16 @@ pub(crate) struct Ended {
 }
 
 impl Ended {
+    /// Runs a command to its end.
+    fn of(command: &mut Command) -> Self {
+        let output = command.output().unwrap();
+        Self {
+            code: output.status.code().unwrap_or(-1),
+            stdout: String::from_utf8(output.stdout).unwrap(),
+            stderr: String::from_utf8(output.stderr).unwrap(),
+        }
+    }
+
     /// The object printed, after success.
     #[track_caller]
     pub(crate) fn json(&self) -> Value {
@@ -120,12 +130,7 @@ impl TestFolder {
 
     /// Runs the program in the folder.
     pub(crate) fn run_with(&self, arguments: &[&str]) -> Ended {
-        let output = self.command().args(arguments).output().unwrap();
-        Ended {
-            code: output.status.code().unwrap_or(-1),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        }
+        Ended::of(self.command().args(arguments))
     }
 
     /// The same as from a terminal, which ignores no signals: a test may have been started by what does, such as `nohup` or a shell that runs it in the background.
@@ -141,6 +146,16 @@ impl TestFolder {
             };
         }
         command
+    }
+
+    /// Runs the program under a limit that a shell sets before, such as `ulimit -v`.
+    pub(crate) fn run_within(&self, limit: &str, arguments: &[&str]) -> Ended {
+        let command = self.command();
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &format!("{limit}; exec \"$@\""), "sh"]).arg(command.get_program());
+        shell.args(arguments).current_dir(self.folder.path());
+        shell.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
+        Ended::of(shell.env_remove("SURFELSHOP_LOG"))
     }
 
     /// The program, about to run in the folder.

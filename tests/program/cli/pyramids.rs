@@ -1,7 +1,7 @@
 //! Pyramids through the program: made, ended and gone on with, described and drawn. Costs 11 s.
 
 use crate::cli::program::{TestFolder, read_png};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 use surfelshop_cloud::{Cloud, Column, WriteOptions};
 use surfelshop_tests::clouds;
@@ -62,15 +62,10 @@ fn an_index_that_the_disk_does_not_hold_is_a_line_and_goes_on_to_the_same_bytes(
     let command = "index a.ply -o out.surfels --memory 64MB";
     // A megabyte for each file, which is less than the points take. The signal that would end the program is turned into
     // an error, as a full disk is.
-    let index = desk.command();
-    let mut shell = Command::new("sh");
-    shell.arg("-c").arg("trap '' XFSZ; ulimit -f 2048; exec \"$@\"").arg("sh");
-    shell.arg(index.get_program()).args(command.split(' ')).current_dir(desk.at(""));
-    let variables = index.get_envs().filter_map(|(name, value)| Some((name, value?)));
-    shell.envs(variables).env_remove("SURFELSHOP_LOG");
-    let output = shell.output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{said}");
+    let arguments: Vec<&str> = command.split(' ').collect();
+    let ended = desk.run_within("trap '' XFSZ; ulimit -f 2048", &arguments);
+    let said = ended.stderr;
+    assert_eq!(ended.code, 1, "{said}");
     let lines: Vec<&str> = said.lines().collect();
     assert!(
         lines.len() == 2 && lines[0].ends_with("the same command goes on from there"),

@@ -21,7 +21,8 @@ pub struct PreparedColumns {
 }
 
 impl Engine {
-    /// Whether clouds can be drawn without putting their surfels in order first.
+    /// Whether clouds can be drawn without finding the order of their surfels first: parts that merged ones stand for are put
+    /// in order when they are drawn.
     pub fn holds(&mut self, clouds: &[CloudView<'_>]) -> bool {
         let on_host = self.surfels.on_host(&self.gpu);
         clouds.iter().all(|cloud| self.columns.holds(cloud, on_host))

@@ -2,8 +2,8 @@
 //!
 //! The real program at 1280 x 800 under Xvfb shows each file with a lamp in the middle. While the mouse turns the view,
 //! and then drags the lamp, the pictures that arrive in the window are counted, those in full detail among them, and the
-//! longest time between two is kept; on a quiet machine, and again beside a process that takes a core. Last, what the window takes while nothing
-//! moves.
+//! longest time between two is kept; on a quiet machine, and again beside a process that takes a core. Last, what the
+//! window takes while nothing moves.
 
 use super::{FILL, pause};
 use anyhow::{Context as _, Result};

@@ -4,7 +4,6 @@
 #![cfg(unix)]
 
 use crate::cli::program::{Ended, TestFolder, facing_front};
-use std::process::Command;
 use std::time::{Duration, Instant};
 use surfelshop_tests::stage::build_folder;
 
@@ -28,19 +27,12 @@ fn desk() -> TestFolder {
 
 /// Runs a command with the fixture's formats, under a limit of the shell.
 fn run_within(desk: &TestFolder, limit: &str, arguments: &str) -> Ended {
-    let command = desk.command();
-    let mut shell = Command::new("sh");
-    shell.args(["-c", &format!("{limit}; exec \"$@\""), "sh"]).arg(command.get_program());
-    shell.args(arguments.split(' ')).args(["--trust", "--plugin", &library()]);
-    shell.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    let library = library();
+    let given = arguments.split(' ').chain(["--trust", "--plugin", &library]);
     let started = Instant::now();
-    let output = shell.current_dir(desk.at("")).output().unwrap();
+    let ended = desk.run_within(limit, &given.collect::<Vec<_>>());
     assert!(started.elapsed() < LONG, "{arguments} took {:?}", started.elapsed());
-    Ended {
-        code: output.status.code().unwrap_or(-1),
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    }
+    ended
 }
 
 fn run(desk: &TestFolder, arguments: &str) -> Ended {

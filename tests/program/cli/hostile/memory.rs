@@ -2,24 +2,9 @@
 
 #![cfg(unix)]
 
-use crate::cli::program::{Ended, TestFolder};
+use crate::cli::program::TestFolder;
 use std::fs::{self, File};
 use std::process::Command;
-
-/// Runs the program with at most so many MiB of addresses.
-fn run_within(desk: &TestFolder, mib: u64, arguments: &str) -> Ended {
-    let command = desk.command();
-    let mut shell = Command::new("sh");
-    shell.args(["-c", &format!("ulimit -v {}; exec \"$@\"", mib * 1024), "sh"]);
-    shell.arg(command.get_program()).args(arguments.split(' ')).current_dir(desk.at(""));
-    shell.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
-    let output = shell.output().unwrap();
-    Ended {
-        code: output.status.code().unwrap_or(-1),
-        stdout: String::from_utf8(output.stdout).unwrap(),
-        stderr: String::from_utf8(output.stderr).unwrap(),
-    }
-}
 
 /// A binary cloud of so many points in no order; with normals and radii where it is `whole`.
 fn put_points(desk: &TestFolder, name: &str, n_points: u32, whole: bool) {
@@ -56,7 +41,9 @@ fn loads_that_run_out_of_memory_are_one_line() {
     ] {
         let mut outcomes = Vec::new();
         for mib in (least..=most).step_by(55) {
-            let ended = run_within(&desk, mib, command);
+            let limit = format!("ulimit -v {}", mib * 1024);
+            let arguments: Vec<&str> = command.split(' ').collect();
+            let ended = desk.run_within(&limit, &arguments);
             if ended.code != 0 {
                 ended.failed(&[]);
             }

@@ -273,14 +273,10 @@ fn a_file_that_grows_beyond_the_limit_is_one_line_and_leaves_nothing() {
     let desk = TestFolder::new();
     let surfels: Vec<_> = (0..10_000).map(|i| facing_front(i as f32, 0.0, 0.5)).collect();
     desk.put_cloud("in.ply", &surfels);
-    let program = desk.command();
-    let mut shell = Command::new("sh");
     // In blocks of 512 bytes.
-    shell.args(["-c", "ulimit -f 200; exec \"$@\"", "sh"]).arg(program.get_program());
-    shell.args(["convert", "in.ply", "out.ply", "--ascii"]).current_dir(desk.at(""));
-    let ended = shell.output().unwrap();
-    let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(1), "{said}");
+    let ended = desk.run_within("ulimit -f 200", &["convert", "in.ply", "out.ply", "--ascii"]);
+    let said = ended.stderr;
+    assert_eq!(ended.code, 1, "{said}");
     assert!(said.contains("out.ply") && said.lines().count() == 1, "{said}");
     assert_eq!(desk.files(), ["in.ply"]);
 }
