@@ -17,6 +17,12 @@ pub(crate) type Pixels = [i32; 4];
 /// A box around nothing.
 pub(crate) const NO_PIXELS: Pixels = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
 
+/// The box around two.
+#[inline(always)]
+pub(crate) fn around([x0, y0, x1, y1]: Pixels, [left, top, right, bottom]: Pixels) -> Pixels {
+    [x0.min(left), y0.min(top), x1.max(right), y1.max(bottom)]
+}
+
 /// Whether two parts of the picture have a pixel in common.
 #[inline(always)]
 pub(crate) fn overlap(a: &Pixels, b: &Pixels) -> bool {
@@ -54,14 +60,10 @@ impl BlockSplats {
         let block = &in_view.columns.blocks[placed.block as usize];
         all.reserve(block.count * WIDTH);
         for group in block.first..block.first + block.count {
-            let first = all.len();
-            splats(simd, in_view, placed.cloud, group, with_fields, all, locals);
-            if all.len() > first {
-                let around = |[x0, y0, x1, y1]: Pixels, splat: &Splat| {
-                    let [left, top, right, bottom] = splat.pixels;
-                    [x0.min(left), y0.min(top), x1.max(right), y1.max(bottom)]
-                };
-                groups.push((all[first..].iter().fold(NO_PIXELS, around), all.len()));
+            if let Some(pixels) =
+                splats(simd, in_view, placed.cloud, group, with_fields, all, locals)
+            {
+                groups.push((pixels, all.len()));
             }
         }
     }

@@ -1,10 +1,12 @@
 //! Discs as the pixels of a tile meet them.
 
+use crate::block_splats::{NO_PIXELS, Pixels, around};
 use crate::cloud::CloudInView;
 use crate::disc::{Discs, MAX_PULL, load_discs};
 use crate::lanes::{F, I, V, WIDTH, larger, smaller};
 use crate::local::{DrawnSurfel, Local};
 use crate::tile::layout::N_NORMAL_SUMS;
+use crate::view::Eye;
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
@@ -96,7 +98,22 @@ fn local<S: Simd>(
     Local::of(in_view.columns, &widened, with_fields)
 }
 
-/// Appends the surfels of a group that cover a part of the picture, and what varies over them.
+/// What the depth tolerance puts on distances of discs as a factor, and takes off them.
+#[inline(always)]
+fn brought_nearer<S: Simd>(discs: &Discs<S>, eye: &Eye) -> (F<S>, F<S>) {
+    let splat = |value: f32| F::splat(discs.reach.token(), value);
+    let slack = discs.reach * eye.tolerance;
+    if eye.orthographic {
+        return (splat(1.0), slack);
+    }
+    let distance = larger(discs.center.dot(discs.center).sqrt(), slack);
+    let left = larger(distance - slack, distance / splat(MAX_PULL));
+    let pull = smaller(distance / left, splat(MAX_PULL));
+    (splat(1.0) / pull, splat(0.0))
+}
+
+/// Appends the surfels of a group that cover a part of the picture, and what varies over them. Returns what they cover
+/// together; `None` where that is nothing.
 #[inline(always)]
 pub(crate) fn splats<S: Simd>(
     simd: S,
@@ -106,11 +123,11 @@ pub(crate) fn splats<S: Simd>(
     with_fields: bool,
     all: &mut Vec<Splat>,
     locals: &mut Vec<Local>,
-) {
+) -> Option<Pixels> {
     let eye = &in_view.eye;
     let splat = |value: f32| F::splat(simd, value);
     let zero = splat(0.0);
-    let Some(discs) = load_discs(simd, in_view.columns, eye, group) else { return };
+    let discs = load_discs(simd, in_view.columns, eye, group)?;
     let [left, top, right, bottom] = discs.pixel_boxes(eye);
     // A pixel counts where its middle lies within.
     let (w, h) = (eye.size_px[0] as f32, eye.size_px[1] as f32);
@@ -120,7 +137,7 @@ pub(crate) fn splats<S: Simd>(
     let inside = x1.simd_gt(x0) & y1.simd_gt(y0);
     let mut drawn = (discs.visible & inside).to_bitmask();
     if drawn == 0 {
-        return;
+        return None;
     }
     let plane = discs.axis_u.cross(discs.axis_v);
     let across = eye.across(x0, y0);
@@ -148,15 +165,7 @@ pub(crate) fn splats<S: Simd>(
             [plane.dot(ray), plane.x * step_x, plane.y * step_y],
         )
     };
-    let slack = discs.reach * eye.tolerance;
-    let (drawn_near, nearer) = if eye.orthographic {
-        (splat(1.0), slack)
-    } else {
-        let distance = larger(discs.center.dot(discs.center).sqrt(), slack);
-        let left = larger(distance - slack, distance / splat(MAX_PULL));
-        let pull = smaller(distance / left, splat(MAX_PULL));
-        (splat(1.0) / pull, zero)
-    };
+    let (drawn_near, nearer) = brought_nearer(&discs, eye);
     let back = discs.back.to_bitmask();
     let depth = [-discs.center.z, -discs.axis_u.z, -discs.axis_v.z];
     // To memory at once: lanes of registers are read through it one by one.
@@ -166,6 +175,7 @@ pub(crate) fn splats<S: Simd>(
     let boxes = [x0, y0, x1, y1].map(|of| of.to_int::<I<S>>().to_array());
     let first = in_view.first + (group * WIDTH) as u32;
     let varies = in_view.columns.varies(with_fields);
+    let mut covered = NO_PIXELS;
     while drawn != 0 {
         let lane = drawn.trailing_zeros() as usize;
         drawn &= drawn - 1;
@@ -174,8 +184,12 @@ pub(crate) fn splats<S: Simd>(
             locals.push(own);
             locals.len() as u32
         });
-        let of_lane = |of: &[[f32; WIDTH]; 3]| of.map(|of| of[lane]);
+        // `map` would copy all lanes.
+        let of_lane = |of: &[[f32; WIDTH]; 3]| [of[0][lane], of[1][lane], of[2][lane]];
         let [drawn_near, nearer, share] = of_lane(&others);
+        let pixels = [boxes[0][lane], boxes[1][lane], boxes[2][lane], boxes[3][lane]];
+        // Read from the splats again, they would wait for the memory that they are written to.
+        covered = around(covered, pixels);
         all.push(Splat {
             u: of_lane(&u),
             v: of_lane(&v),
@@ -187,7 +201,8 @@ pub(crate) fn splats<S: Simd>(
             number: (first + lane as u32) | ((back >> lane & 1) as u32) << 31,
             cloud,
             local: place,
-            pixels: boxes.map(|of| of[lane]),
+            pixels,
         });
     }
+    Some(covered)
 }

@@ -32,8 +32,8 @@ pub(crate) fn run() -> anyhow::Result<()> {
                     stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs)?;
                 let color = frame.image(&Output::Color).ok_or_else(|| anyhow::anyhow!("none"))?;
                 let depth = frame.image(&Output::Depth).ok_or_else(|| anyhow::anyhow!("none"))?;
-                let depths = color.data.chunks_exact(4).zip(depth.data.chunks_exact(4));
-                let depths = depths.map(|(c, d)| if c[3] > 0.0 { d[0] } else { 0.0 });
+                let depths = color.data.chunks_exact(4).zip(&depth.data);
+                let depths = depths.map(|(c, d)| if c[3] > 0.0 { *d } else { 0.0 });
                 let found = Agreement::new(depths, &reference, DEPTH_FRACTION);
                 println!(
                     "| {name} | {what} | {unit} | {} | {} | {:.4} % | {:.4} % |",

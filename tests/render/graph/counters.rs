@@ -101,6 +101,53 @@ fn two_renderers_over_one_view_share_its_surface() {
     assert_eq!(engine.counters().surfaces.visibility, 2, "forgotten, so it was made again");
 }
 
+/// Invariant: distances of a surface that the CPU drew are neither drawn into a texture nor read back
+#[test]
+fn distances_that_the_cpu_knows_do_not_pass_through_the_device() {
+    let cloud = clouds::sphere(500, 1000.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3000.0), DVec3::ZERO, 45);
+    let frames = |surfels: SurfelDrawing, asked: &[&[Output]]| {
+        let options = EngineOptions { surfels, ..EngineOptions::default() };
+        let mut engine = stage::engine_with(&GpuOptions::default(), &options);
+        let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
+        let mut last = None;
+        for outputs in asked {
+            let scene = Scene::default();
+            let frame = stage::render(&mut engine, &mut renderer, &cloud, &scene, view, outputs);
+            last = Some(frame.unwrap());
+        }
+        last.unwrap()
+    };
+    let (color, depth) = (Output::Color, Output::Depth);
+    let both: &[Output] = &[color.clone(), depth.clone()];
+    let together = frames(SurfelDrawing::Processor, &[both]);
+    assert!(!ran(&together).contains(&"host: depth"), "{:?}", ran(&together));
+    let distances = together.image(&depth).unwrap();
+    assert_eq!(distances.components, 1);
+    // Alone, with the same surface drawn for colours before, and asked for once more.
+    let ways: [&[&[Output]]; 3] = [
+        &[std::slice::from_ref(&depth)],
+        &[std::slice::from_ref(&color), std::slice::from_ref(&depth)],
+        &[both, std::slice::from_ref(&depth)],
+    ];
+    for (i, asked) in ways.into_iter().enumerate() {
+        let frame = frames(SurfelDrawing::Processor, asked);
+        assert!(frame.image(&depth).unwrap() == distances, "way {i}");
+    }
+    // The device's own are of the same surfels, in the same units: rays meet planes by other roundings.
+    let drawn = frames(SurfelDrawing::Quads, &[both]);
+    assert!(ran(&drawn).contains(&"host: depth"), "{:?}", ran(&drawn));
+    let others = drawn.image(&depth).unwrap();
+    assert_eq!((others.components, others.data.len()), (1, distances.data.len()));
+    let pairs = || distances.data.iter().zip(&others.data);
+    let covered = pairs().filter(|(one, other)| **one > 0.0 && **other > 0.0).count();
+    assert!(covered > 500, "{covered}");
+    // Of 500 surfels on a ball some pixel's nearest two are as near as rounding.
+    let differing =
+        pairs().filter(|(one, other)| (*one - *other).abs() > 1e-4 * one.max(**other)).count();
+    assert!(differing * 100 <= covered, "{differing} of {covered}");
+}
+
 #[test]
 fn surfels_drawn_alone_are_those_a_frame_begins_with() {
     let cloud = clouds::sphere(500, 1.0).cloud();

@@ -31,11 +31,10 @@ fn check(cloud: &Cloud, view: View, what: &str) {
             let depth = frame.image(&Output::Depth).unwrap();
             let color = frame.image(&Output::Color).unwrap();
             assert!(color.data.iter().all(|v| v.is_finite()), "{what}, {unit}: not finite");
-            for (c, d) in color.data.chunks_exact(4).zip(depth.data.chunks_exact(4)) {
-                assert_eq!(c[3] > 0.0, d[0] > 0.0, "{what}, {unit}: coverage of color and depth");
+            for (c, d) in color.data.chunks_exact(4).zip(&depth.data) {
+                assert_eq!(c[3] > 0.0, *d > 0.0, "{what}, {unit}: coverage of color and depth");
             }
-            let depths = depth.data.chunks_exact(4).map(|p| p[0]);
-            let agreement = Agreement::new(depths, &reference, DEPTH_FRACTION);
+            let agreement = Agreement::new(depth.data.iter().copied(), &reference, DEPTH_FRACTION);
             assert!(agreement.coverage() >= COVERAGE, "{what}, {unit}: {agreement:?}");
             assert!(agreement.both > 100, "{what}, {unit}: the view shows nothing");
             let wrong = agreement.depth_differs as f64 / agreement.both as f64;

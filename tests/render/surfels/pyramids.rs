@@ -86,13 +86,17 @@ fn view() -> View {
     stage::view(DVec3::new(0.6, 0.8, 2.6), DVec3::ZERO, 300)
 }
 
-/// The largest difference in any channel of any pixel that both cover, and how many only one covers.
+/// The largest difference in any channel of any pixel that both cover, and how many only one covers. Distances cover
+/// what is not 0 far, others what their fourth component says.
 fn difference(a: &Image, b: &Image) -> (f32, usize) {
     let (mut most, mut apart) = (0.0f32, 0);
-    for (a, b) in a.data.chunks_exact(4).zip(b.data.chunks_exact(4)) {
-        apart += usize::from((a[3] > 0.0) != (b[3] > 0.0));
-        let differ = a[..3].iter().zip(&b[..3]).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        most = most.max(if a[3] > 0.0 && b[3] > 0.0 { differ } else { 0.0 });
+    let n = a.components as usize;
+    assert!(a.components == b.components && [1, 4].contains(&n) && a.data.len() == b.data.len());
+    for (a, b) in a.data.chunks_exact(n).zip(b.data.chunks_exact(n)) {
+        let covered = [a, b].map(|pixel| pixel[n - 1] > 0.0);
+        apart += usize::from(covered[0] != covered[1]);
+        let differ = a.iter().zip(b).take(3).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        most = most.max(if covered == [true; 2] { differ } else { 0.0 });
     }
     (most, apart)
 }

@@ -123,8 +123,8 @@ pub fn develop_to_8_bit(radiance: &Image, how: &DisplayTransform) -> Vec<u8> {
 
 /// Linear values to 8-bit sRGB by looking them up.
 struct Encoder {
-    /// The smallest value of each level; that of level 0 is 0.
-    least: [f32; 256],
+    /// The smallest value of each level; that of level 0 is 0, and none has level 256.
+    least: [f32; 257],
     /// The level of the smallest value in each of [`CELLS`] parts of [0, 1].
     first: Vec<u8>,
 }
@@ -135,8 +135,9 @@ const CELLS: usize = 1 << 12;
 impl Encoder {
     fn new() -> Self {
         let level = |value: f32| (linear_to_srgb(value).clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-        let mut least = [0.0f32; 256];
-        for (wanted, least) in least.iter_mut().enumerate().skip(1) {
+        let mut least = [0.0f32; 257];
+        least[256] = f32::INFINITY;
+        for (wanted, least) in least.iter_mut().enumerate().take(256).skip(1) {
             // Positive floats are ordered as their bits are.
             let (mut below, mut reached) = (0u32, 1.0f32.to_bits());
             while reached - below > 1 {
@@ -155,11 +156,9 @@ impl Encoder {
 
     fn level(&self, linear: f32) -> u8 {
         let value = linear.clamp(0.0, 1.0);
-        let mut level = self.first[(value * CELLS as f32) as usize];
-        while level < 255 && value >= self.least[usize::from(level) + 1] {
-            level += 1;
-        }
-        level
+        let first = self.first[(value * CELLS as f32) as usize];
+        // No cell holds three levels, and which of two it is nobody can guess: no branch.
+        first + u8::from(value >= self.least[usize::from(first) + 1])
     }
 }
 

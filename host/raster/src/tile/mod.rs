@@ -219,12 +219,15 @@ impl Tile {
         if squares == 0 {
             return;
         }
-        let mut splat = *splat;
-        if let Some(own) = own {
-            self.locals.push(*own);
-            splat.local = self.locals.len() as u32;
+        match own {
+            // Straight to where it stays: read back from where it was changed, it would be waited for.
+            None => self.met.push(Met { splat: *splat, squares }),
+            Some(own) => {
+                self.locals.push(*own);
+                let local = self.locals.len() as u32;
+                self.met.push(Met { splat: Splat { local, ..*splat }, squares });
+            }
         }
-        self.met.push(Met { splat, squares });
     }
 
     /// Keeps a splat where it is the nearest so far; of equal ones the first by number. Returns the

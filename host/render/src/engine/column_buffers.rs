@@ -1,6 +1,6 @@
 //! Columns of clouds as buffers, for graphs that ask for them.
 
-use crate::engine::frame_pass::OutputRequest;
+use crate::engine::output_request::OutputRequest;
 use crate::engine::{Engine, RenderRequest};
 use crate::graph::{BufferPart, Node, Plan, RenderError};
 use crate::surfels::Ordered;

@@ -1,19 +1,18 @@
 //! One frame's commands: which passes, over which surface, into which pictures.
 
 use crate::engine::RenderRequest;
+use crate::engine::output_request::{DEPTH_ONLY, OutputRequest, Source, parts};
 use crate::engine::prepared_view::{DrawnAs, PreparedView, lights_uniform, uniform, view_uniform};
 use crate::engine::several::masked;
 use crate::environment_map::{Bound, Environments};
 use crate::gpu::Gpu;
 use crate::graph::{
-    Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, Node, PassCamera,
-    PassReport, PassScratch, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings,
-    SplatDrawing, Stage, SurfaceNeeds, SurfelShading, Written, bind, copy, execute, needed,
-    touched,
+    Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, PassCamera, PassReport,
+    PassScratch, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings,
+    SplatDrawing, Stage, SurfelShading, Written, bind, copy, execute, touched,
 };
 use crate::surfels::{
-    ColumnDemand, DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces,
-    SurfelDrawing, lit_surface,
+    DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces, SurfelDrawing, lit_surface,
 };
 use glam::Vec2;
 use std::collections::BTreeMap;
@@ -60,63 +59,20 @@ pub(super) struct FrameResult {
     pub(super) written: Written,
 }
 
-/// What is asked of a graph, and besides of the host, by entry points of its shader; and what that takes.
-pub(super) struct OutputRequest {
-    sources: Vec<Source>,
-    graph_outputs: Vec<usize>,
-    needed: LivePasses,
-    host_mode: SurfaceMode,
+/// Where the picture of an output is when a frame has been drawn.
+enum OutputImage {
+    OnDevice(Pending),
+    OnHost(Arc<Image>),
 }
 
-impl OutputRequest {
-    /// # Errors
-    /// Where neither the graph nor the host offers a requested output.
-    pub(super) fn new(
-        plan: &Plan,
-        outputs: &[Output],
-        besides: &[&'static str],
-    ) -> Result<Self, RenderError> {
-        let mut sources = sources(plan, outputs)?;
-        sources.extend(besides.iter().map(|entry| Source::Surface(entry)));
-        let of_graph = |source: &Source| match source {
-            Source::Graph(texture) => Some(*texture),
-            Source::Surface(_) => None,
-        };
-        let graph_outputs: Vec<usize> = sources.iter().filter_map(of_graph).collect();
-        let needed = needed(plan, &graph_outputs);
-        // What the host shows is seen from the view's own camera.
-        let mut own = plan.passes.iter().filter(|pass| pass.seat == PassCamera::View);
-        let host_mode = own.find_map(|pass| pass.surface).unwrap_or_default();
-        Ok(Self { sources, graph_outputs, needed, host_mode })
-    }
-
-    /// Whether passes that run touch a resource.
-    pub(super) fn touches(&self, plan: &Plan, node: Node) -> bool {
-        touched(plan, &self.needed, &self.graph_outputs).contains(&node)
-    }
-
-    /// Columns that are read, of those that drawing can do without.
-    pub(super) fn wanted(&self) -> ColumnDemand {
-        let shown = |entry: &str| {
-            self.sources.iter().any(|s| matches!(s, Source::Surface(shown) if *shown == entry))
-        };
-        ColumnDemand {
-            color: self.needed.members.albedo || shown("albedo_only"),
-            ao: self.needed.members.ao || shown("ao_only"),
-            material: self.needed.looks.values().any(|look| look.material),
-            fields: (self.needed.looks.values())
-                .any(|look| look.surfaces.contains(&SurfaceMode::Fields))
-                || self.host_mode == SurfaceMode::Fields && shown("normal_only"),
+impl OutputImage {
+    /// The picture, once the device is done with it.
+    fn finish(self, gpu: &Gpu) -> Result<Image, String> {
+        match self {
+            Self::OnDevice(pending) => pending.finish(gpu),
+            Self::OnHost(image) => Ok(Image::clone(&image)),
         }
     }
-}
-
-/// Where a requested output comes from.
-enum Source {
-    /// A texture of the graph.
-    Graph(usize),
-    /// The host's surface buffer, through an entry point of the resolve shader.
-    Surface(&'static str),
 }
 
 impl Submission<'_> {
@@ -173,25 +129,23 @@ impl Submission<'_> {
             self.scratch,
         )?;
         let own = views.get(&PassCamera::View);
-        let mut pending: Vec<Pending> = Vec::new();
+        let mut pictures: Vec<OutputImage> = Vec::new();
         for source in &sources {
-            let (texture, covered) = match source {
-                Source::Graph(index) => (
-                    resources.textures[*index].clone(),
-                    written.covered.get(index).map(Arc::as_ref),
-                ),
-                Source::Surface(entry) => {
-                    let shown = show_surface(entry, own, host_mode, &mut recorder, self.pipelines)?;
-                    (Some(shown), None)
+            pictures.push(match source {
+                Source::Graph(index) => {
+                    let missing = || RenderError::Graph("an output was not made".to_owned());
+                    let texture = resources.textures[*index].as_ref().ok_or_else(missing)?;
+                    let covered = written.covered.get(index).map(Arc::as_ref);
+                    OutputImage::OnDevice(copy(self.gpu, &mut recorder.encoder, texture, covered))
                 }
-            };
-            let texture =
-                texture.ok_or_else(|| RenderError::Graph("an output was not made".to_owned()))?;
-            pending.push(copy(self.gpu, &mut recorder.encoder, &texture, covered));
+                Source::Surface(entry) => {
+                    show_surface(entry, own, host_mode, &mut recorder, self.pipelines)?
+                }
+            });
         }
         recorder.end_stage("read-back: copy");
         let passes = recorder.submit().map_err(RenderError::Device)?;
-        let read = pending.into_iter().map(|pending| pending.finish(self.gpu));
+        let read = pictures.into_iter().map(|picture| picture.finish(self.gpu));
         let mut read = read.collect::<Result<Vec<_>, String>>().map_err(RenderError::Device)?;
         self.gpu.stages.end("read-back: floats");
         let of_host = read.split_off(read.len().min(self.request.outputs.len()));
@@ -370,71 +324,21 @@ fn label_of(plan: &Plan, seat: PassCamera) -> Option<String> {
     }
 }
 
-/// Where each requested output comes from.
-fn sources(plan: &Plan, outputs: &[Output]) -> Result<Vec<Source>, RenderError> {
-    let offered = &plan.structure.outputs;
-    let source = |wanted: &Output| {
-        if let Some((_, texture)) = offered.iter().find(|(output, _)| output == wanted) {
-            return Ok(Source::Graph(texture.index()));
-        }
-        match wanted {
-            Output::Depth => Ok(Source::Surface("depth_only")),
-            Output::Normal => Ok(Source::Surface("normal_only")),
-            Output::Albedo => Ok(Source::Surface("albedo_only")),
-            Output::Ao => Ok(Source::Surface("ao_only")),
-            Output::Color | Output::Debug(_) => {
-                let own = offered.iter().map(|(output, _)| output.name());
-                let host = ["depth", "normal", "albedo", "ao"].map(str::to_owned);
-                let mut names: Vec<_> = own.chain(host).collect();
-                names.dedup();
-                Err(RenderError::NoOutput { wanted: wanted.name(), offered: names.join(", ") })
-            }
-        }
-    };
-    outputs.iter().map(source).collect()
-}
-
-/// The parts of the surface that needed passes and requested outputs read.
-fn parts(look: &SurfaceNeeds, sources: &[Source], host_mode: SurfaceMode) -> SurfaceParts {
-    let mut parts = SurfaceParts::default();
-    for &mode in &look.surfaces {
-        parts.add(mode);
-    }
-    parts.visibility |= look.surfels;
-    if look.material {
-        parts.visibility = true;
-        parts.material = true;
-    }
-    if look.object {
-        parts.visibility = true;
-        parts.object = true;
-    }
-    for source in sources {
-        match source {
-            Source::Surface(entry @ ("depth_only" | "owner_only")) => {
-                parts.visibility = true;
-                parts.winners = true;
-                parts.object |= *entry == "owner_only";
-            }
-            Source::Surface(_) => parts.add(host_mode),
-            Source::Graph(_) => {}
-        }
-    }
-    parts
-}
-
-/// Draws one of the surface's values as a picture.
+/// One of the surface's values as a picture: the device draws it, unless the CPU knows it.
 fn show_surface(
     entry: &str,
     view: Option<&PassView<'_>>,
     mode: SurfaceMode,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
-) -> Result<wgpu::Texture, RenderError> {
+) -> Result<OutputImage, RenderError> {
     let gpu = recorder.gpu;
     let missing = || RenderError::Host("the surface was not made".to_owned());
     let of_camera = view.ok_or_else(missing)?;
     let surface = of_camera.surface.as_ref().ok_or_else(missing)?;
+    if let (DEPTH_ONLY, Some(distances)) = (entry, &surface.distances) {
+        return Ok(OutputImage::OnHost(distances.clone()));
+    }
     let size = surface.size();
     let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(entry),
@@ -442,7 +346,10 @@ fn show_surface(
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Float,
+        format: match entry {
+            DEPTH_ONLY => wgpu::TextureFormat::R32Float,
+            _ => wgpu::TextureFormat::Rgba32Float,
+        },
         usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
@@ -458,8 +365,8 @@ fn show_surface(
         _ if HostBinding::of(name).is_some() => {
             of_camera.resource(HostBinding::of(name)?, Some(mode))
         }
-        "nearest" => Some(wgpu::BindingResource::TextureView(&surface.winners)),
-        "picture" => Some(wgpu::BindingResource::TextureView(&view)),
+        "nearest" => surface.winners.as_ref().map(wgpu::BindingResource::TextureView),
+        "picture" | "distances" => Some(wgpu::BindingResource::TextureView(&view)),
         _ => None,
     })
     .map_err(RenderError::Host)?;
@@ -470,5 +377,5 @@ fn show_surface(
             pass.dispatch_workgroups(size.width.div_ceil(8), size.height.div_ceil(8), 1);
         }
     });
-    Ok(target)
+    Ok(OutputImage::OnDevice(copy(gpu, &mut recorder.encoder, &target, None)))
 }

@@ -1,6 +1,6 @@
 //! The scene's surfels as data, for graphs that ask for them.
 
-use crate::engine::frame_pass::OutputRequest;
+use crate::engine::output_request::OutputRequest;
 use crate::engine::{Engine, RenderRequest};
 use crate::graph::{Node, Plan, RenderError};
 use crate::surfels::SURFEL_BYTES;

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::{SurfaceSettings, View};
+use surfelshop_image::Image;
 use surfelshop_raster::Coverage;
 
 /// Surface buffers kept for views that are no longer drawn every frame.
@@ -22,7 +23,7 @@ const KEPT_FRAMES: u64 = 64;
 /// What is said of a surface that nobody wanted any more.
 pub(crate) const STOPPED: &str = "the picture was not wanted any more";
 
-/// Which parts of the surface a frame needs; each needs the ones before it.
+/// Which parts of the surface a frame needs; all need the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SurfaceParts {
     /// Depth and index of the nearest surfel.
@@ -39,6 +40,8 @@ pub(crate) struct SurfaceParts {
     pub(crate) object: bool,
     /// The depth and index of the nearest surfels themselves, not only what is made of them.
     pub(crate) winners: bool,
+    /// Their distances as a picture, where the CPU draws it: others make it of the winners.
+    pub(crate) distances: bool,
 }
 
 impl SurfaceParts {
@@ -68,8 +71,11 @@ pub struct SurfaceCounts {
 pub(crate) struct Surface {
     pub(crate) depth: Option<wgpu::TextureView>,
     pub(super) size: [u32; 2],
-    /// Number and distance of the nearest surfels.
-    pub(crate) winners: wgpu::TextureView,
+    /// Number and distance of the nearest surfels; where the CPU drew it only where they were asked for.
+    pub(crate) winners: Option<wgpu::TextureView>,
+    /// Distances of the nearest surfels along the viewing axis, scene units, 0 where nothing is: where the CPU drew it and
+    /// was asked for them.
+    pub(crate) distances: Option<Arc<Image>>,
     pub(crate) nearest: Option<wgpu::TextureView>,
     pub(crate) blended: Option<wgpu::TextureView>,
     pub(crate) fields: Option<wgpu::TextureView>,
@@ -98,13 +104,27 @@ impl Surface {
         spare.replace(views, &covered.unwrap_or_else(whole));
     }
 
-    /// Bytes of its textures, without what the driver adds.
+    /// Where the nearest surfels are drawn.
+    ///
+    /// # Errors
+    /// Where no texture was made for them.
+    pub(crate) fn winners(&self) -> Result<&wgpu::TextureView, String> {
+        self.winners.as_ref().ok_or_else(|| "the nearest surfels were not drawn".to_owned())
+    }
+
+    /// Makes it, where it is not there.
+    pub(crate) fn make_winners(&mut self, gpu: &Gpu) -> &wgpu::TextureView {
+        let (size, format) = (self.size, wgpu::TextureFormat::Rg32Uint);
+        self.winners.get_or_insert_with(|| texture(gpu, "nearest surfels", size, format))
+    }
+
+    /// Bytes of its textures, without what the driver adds, and of its distances.
     fn bytes(&self) -> u64 {
-        let winners = Some(&self.winners);
-        let parts = [&self.depth, &self.nearest, &self.blended, &self.fields];
-        let looked_up = [&self.material, &self.object].map(Option::as_ref);
-        let all = parts.into_iter().map(Option::as_ref).chain(looked_up).chain([winners]);
-        all.flatten().map(|view| texture_bytes(view.texture())).sum()
+        let drawn = [&self.depth, &self.winners, &self.nearest, &self.blended, &self.fields];
+        let all = drawn.into_iter().chain([&self.material, &self.object]);
+        let textures: u64 = all.flatten().map(|view| texture_bytes(view.texture())).sum();
+        let distances = self.distances.as_ref().map_or(0, |image| size_of_val(&*image.data));
+        textures + distances as u64
     }
 
     /// The packed surface of a mode, once made.
@@ -213,11 +233,7 @@ impl Surfaces {
         let Some((_, surface)) = self.kept.first() else { return Vec::new() };
         let all = [
             ("surfels: nearest depth", "decides which surfels are nearest", &surface.depth),
-            (
-                "surfels: nearest",
-                "numbers and distances of the nearest",
-                &Some(surface.winners.clone()),
-            ),
+            ("surfels: nearest", "numbers and distances of the nearest", &surface.winners),
             ("surfels: nearest surface", "read by passes over the nearest", &surface.nearest),
             ("surfels: blended surface", "read by passes over what is blended", &surface.blended),
             (
@@ -250,7 +266,7 @@ impl Surfaces {
             Some(at) => self.kept.remove(at).1,
             None => {
                 self.make_room_for_one();
-                Surface::new(recorder.gpu, input.size)
+                Surface::new(input.size)
             }
         };
         if input.clouds.iter().all(|cloud| cloud.on_host.is_some()) {
@@ -294,6 +310,7 @@ impl Surfaces {
             let format = wgpu::TextureFormat::Depth32Float;
             surface.depth = Some(texture(gpu, "nearest depth", input.size, format));
         }
+        surface.make_winners(gpu);
         // What compute leaves for blending is not kept: it is found again where that comes later.
         let blends =
             parts.blended && surface.blended.is_none() || parts.fields && surface.fields.is_none();
@@ -396,17 +413,18 @@ fn begun<'d, 'a>(
 }
 
 impl Surface {
-    fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
+    fn new(size: [u32; 2]) -> Self {
         Self {
             depth: None,
             size,
-            winners: texture(gpu, "nearest surfels", size, wgpu::TextureFormat::Rg32Uint),
+            winners: None,
             nearest: None,
             blended: None,
             fields: None,
             material: None,
             object: None,
             visible: false,
+            distances: None,
             covered: None,
             n_drawn: 0,
             used_for: size,

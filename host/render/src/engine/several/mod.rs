@@ -13,7 +13,7 @@ mod own_surface;
 
 pub(super) use own_surface::masked;
 
-use crate::engine::frame_pass::OutputRequest;
+use crate::engine::output_request::{DEPTH_ONLY, OWNER_ONLY, OutputRequest};
 use crate::engine::request::RendererPart;
 use crate::engine::{Engine, RenderRequest, Rendered, RendererView, needs};
 use crate::graph::{PassReport, Plan, RenderError};
@@ -57,13 +57,10 @@ impl Shared {
     }
 }
 
-/// The distance and the cloud of the nearest surfels, an entry point of the host's shader.
-const OWNER: &str = "owner_only";
-
 /// How the host makes an output of the surface.
 fn entry_of(output: &Output) -> Option<&'static str> {
     match output {
-        Output::Depth => Some("depth_only"),
+        Output::Depth => Some(DEPTH_ONLY),
         Output::Normal => Some("normal_only"),
         Output::Albedo => Some("albedo_only"),
         Output::Ao => Some("ao_only"),
@@ -349,7 +346,7 @@ fn shared(
 
 /// The pictures of the surface that the host makes for putting pictures together.
 fn host_entries(outputs: &[Output]) -> Vec<&'static str> {
-    std::iter::once(OWNER).chain(outputs.iter().filter_map(entry_of)).collect()
+    std::iter::once(OWNER_ONLY).chain(outputs.iter().filter_map(entry_of)).collect()
 }
 
 fn host_pictures(made: Vec<Image>, outputs: &[Output]) -> Option<HostPictures> {

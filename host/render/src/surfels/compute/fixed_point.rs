@@ -97,7 +97,7 @@ impl Drawing<'_> {
         };
         let more = [
             ("sums", sums.as_entire_binding()),
-            ("nearest", wgpu::BindingResource::TextureView(&surface.winners)),
+            ("nearest", wgpu::BindingResource::TextureView(surface.winners()?)),
             ("band", uniform.as_entire_binding()),
         ];
         let mut dispatches = Vec::new();

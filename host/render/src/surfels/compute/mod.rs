@@ -186,7 +186,7 @@ impl Drawing<'_> {
             _ => None,
         })?;
         let draws = self.prepare(&Step { name, ..NEAREST_QUADS }, recorder.gpu, pipelines, &[])?;
-        let colors = [Attachment::cleared(&surface.winners)];
+        let colors = [Attachment::cleared(surface.winners()?)];
         recorder.render(name, &colors, Some((depth_of(surface)?, true)), |pass| {
             set(pass, &seed, &group);
             pass.draw(0..3, 0..1);
@@ -205,7 +205,7 @@ impl Drawing<'_> {
     ) -> Result<(), String> {
         let sums = self.sums(recorder.gpu);
         let step = Step { name: "surfels: large accumulate", ..ADDED_QUADS };
-        let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
+        let more = [("nearest", wgpu::BindingResource::TextureView(surface.winners()?))];
         let draws = self.prepare(&step, recorder.gpu, pipelines, &more)?;
         let colors = [Attachment::cleared(&sums[0]), Attachment::cleared(&sums[1])];
         recorder.render(step.name, &colors, Some((depth_of(surface)?, false)), |pass| {

@@ -11,6 +11,7 @@ use crate::surfels::surface::{Surface, SurfaceInput, SurfaceParts};
 use std::sync::{Arc, LazyLock};
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::params::srgb_to_linear;
+use surfelshop_image::Image;
 use surfelshop_raster::{
     Albedo, Cloud, Columns, Merging, Mode, Parts, Picture, Sources, Spent, Splats, draw,
 };
@@ -39,7 +40,8 @@ pub(crate) fn ensure(
         modes.into_iter().filter(|(_, w)| *w).map(|(mode, _)| mode).collect();
     let mut looked_up = Parts {
         mode: Mode::None,
-        winners: parts.winners && !surface.visible,
+        winners: parts.winners && !surface.visible
+            || parts.distances && surface.distances.is_none(),
         material: parts.material && surface.material.is_none(),
         object: parts.object && surface.object.is_none() && !one,
     };
@@ -61,7 +63,12 @@ pub(crate) fn ensure(
         }
         tell(stages, &picture.spent);
         recorder.note(NAME, PassState::Ran);
-        keep(picture, mode, looked_up, input.size, surface, spare, recorder);
+        if parts.distances && surface.distances.is_none() {
+            surface.distances = Some(Arc::new(distances(picture, input.size, input.unit as f32)));
+            stages.end("surfels: distances");
+        }
+        let uploaded = Parts { winners: parts.winners && !surface.visible, ..looked_up };
+        keep(picture, mode, uploaded, input.size, surface, spare, recorder);
         looked_up = Parts { mode, winners: false, material: false, object: false };
     }
     if parts.object && surface.object.is_none() {
@@ -117,6 +124,26 @@ fn clouds<'a>(input: &SurfaceInput<'a>) -> Vec<Cloud<'a>> {
     clouds
 }
 
+/// Distances of the nearest surfels, with so many scene units per unit of drawing: twin of `depth_only`.
+fn distances(picture: &Picture, size: [u32; 2], unit: f32) -> Image {
+    let [width, height] = size;
+    let across = width as usize;
+    let mut data = vec![0.0; across * height as usize];
+    for [x, y, width, height] in picture.covered.rectangles() {
+        for row in y..y + height {
+            let first = row as usize * across + x as usize;
+            let here = first..first + width as usize;
+            let rows = data.get_mut(here.clone()).zip(picture.winners.get(here));
+            for (distance, [_, bits]) in
+                rows.into_iter().flat_map(|(to, from)| to.iter_mut().zip(from))
+            {
+                *distance = f32::from_bits(*bits) * unit;
+            }
+        }
+    }
+    Image { width, height, components: 1, data }
+}
+
 /// Rectangles, one above the other, in which a picture goes to the device.
 const STRIPS: usize = 16;
 
@@ -135,7 +162,7 @@ fn keep(
     if looked_up.winners {
         // Made for this surface, it has held nothing yet.
         let strips = covered.strips(covered, STRIPS);
-        let winners = surface.winners.texture();
+        let winners = surface.make_winners(recorder.gpu).texture();
         recorder.upload(winners, bytemuck::cast_slice(&picture.winners), 8, &strips);
         surface.visible = true;
     }

@@ -254,7 +254,7 @@ impl<'a> Drawing<'a> {
     ) -> Result<(), String> {
         let step = NEAREST_QUADS;
         let draws = self.prepare(&step, recorder.gpu, pipelines, &[])?;
-        let colors = [Attachment::cleared(&surface.winners)];
+        let colors = [Attachment::cleared(surface.winners()?)];
         draw_quads(&draws, &step, &colors, (depth_of(surface)?, true), recorder);
         Ok(())
     }
@@ -277,7 +277,7 @@ impl<'a> Drawing<'a> {
             }
             Lookup::Object => ("surfels: object", "object_fragment", wgpu::TextureFormat::R32Uint),
         };
-        let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
+        let more = [("nearest", wgpu::BindingResource::TextureView(surface.winners()?))];
         let entries = ["cover_screen", entry];
         let step = Step { name, entries, formats: &[format], kind: DrawKind::Fullscreen };
         let draws = self.prepare(&step, recorder.gpu, pipelines, &more)?;
@@ -300,7 +300,7 @@ impl<'a> Drawing<'a> {
     ) -> Result<(), String> {
         let sums = self.sums(recorder.gpu);
         let step = ADDED_QUADS;
-        let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
+        let more = [("nearest", wgpu::BindingResource::TextureView(surface.winners()?))];
         let draws = self.prepare(&step, recorder.gpu, pipelines, &more)?;
         let colors = [Attachment::cleared(&sums[0]), Attachment::cleared(&sums[1])];
         draw_quads(&draws, &step, &colors, (depth_of(surface)?, false), recorder);
@@ -344,7 +344,7 @@ impl<'a> Drawing<'a> {
             }
             match name {
                 "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
-                "nearest" => Some(wgpu::BindingResource::TextureView(&surface.winners)),
+                "nearest" => surface.winners.as_ref().map(wgpu::BindingResource::TextureView),
                 _ => None,
             }
         })?;

@@ -141,6 +141,7 @@ fn resolve_both(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
 // One value of the surface as a picture. These are compute entry points because not every device
 // can draw into 32-bit float textures.
 var picture: texture_storage_2d<rgba32float, write>;
+var distances: texture_storage_2d<r32float, write>;
 
 fn show(pixel: vec2<u32>, covered: bool, value: vec3<f32>) {
     textureStore(picture, pixel, select(vec4(0.0), vec4(value, 1.0), covered));
@@ -152,11 +153,11 @@ fn outside(pixel: vec2<u32>) -> bool {
 
 @compute @workgroup_size(8, 8)
 fn depth_only(@builtin(global_invocation_id) id: vec3<u32>) {
-    if outside(id.xy) {
+    if any(id.xy >= textureDimensions(distances)) {
         return;
     }
     let depth = bitcast<f32>(textureLoad(nearest, id.xy, 0).y);
-    show(id.xy, depth > 0.0, vec3(depth * view::view.unit, 0.0, 0.0));
+    textureStore(distances, id.xy, vec4(select(0.0, depth * view::view.unit, depth > 0.0)));
 }
 
 @compute @workgroup_size(8, 8)

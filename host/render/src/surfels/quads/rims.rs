@@ -27,7 +27,7 @@ impl Drawing<'_> {
         let whole = surface.size();
         recorder.encoder.copy_texture_to_texture(from.as_image_copy(), to.as_image_copy(), whole);
         let more = [
-            ("nearest", wgpu::BindingResource::TextureView(&surface.winners)),
+            ("nearest", wgpu::BindingResource::TextureView(surface.winners()?)),
             ("packed", wgpu::BindingResource::TextureView(&packed)),
         ];
         let step = Step {

@@ -97,8 +97,15 @@ impl Panes<'_> {
         let metres = shown.and_then(|shown| shown.clouds.metres_per_unit());
         fly(ui, camera, metres);
         let found = depth.map(|depth| navigation::point_at(&before, position, depth));
-        // The search visits every surfel, so only for another point.
-        if self.window.views.pointer_position != found {
+        // The search visits every surfel: only for another point, and not while a button drags.
+        let is_searched = self.window.views.pointer_position == found
+            && (found.is_none() || self.window.views.pointer_cloud.is_some());
+        if response.dragged() {
+            let views = &mut self.window.views;
+            (views.pointer_position, views.measuring.pointer) = (found, found);
+            views.pointer_cloud = None;
+            views.pointer_text.clear();
+        } else if !is_searched {
             self.window.views.pointer_position = found;
             let (text, place, cloud) = self.window.surfel_at(&before, position, found);
             let views = &mut self.window.views;

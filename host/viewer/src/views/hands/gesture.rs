@@ -90,7 +90,7 @@ pub(super) fn picture_at(window: &Window, pane: u32, rects: &[Rect], at: Pos2) -
     Some(Picture { rect: rects[side], view: shown.rendered.view, depth })
 }
 
-/// The first component of each pixel: pictures of distances come with three more.
+/// The first component of each pixel: some pictures of distances come with more.
 fn distances(depth: &Image) -> Image {
     let n = (depth.components as usize).max(1);
     let data = depth.data.chunks_exact(n).map(|pixel| pixel[0]).collect();
