@@ -3,7 +3,7 @@
 use crate::compare::METRICS;
 
 /// Metrics of a comparison that stand in the tables.
-const SHOWN: [&str; 5] = ["rmse", "rel_mse", "psnr", "ssim", "flip.mean"];
+const SHOWN: [&str; 6] = ["rmse", "rel_mse", "psnr", "ssim", "flip.mean", "coverage_difference"];
 
 /// An error.
 pub(super) type ErrorColumn = (&'static str, &'static str, &'static str);

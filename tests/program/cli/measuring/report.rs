@@ -120,6 +120,12 @@ fn detail_is_a_knob_of_the_host() {
     let told = cells(&desk.run(&format!("{line} --knob detail=0,8,32 --json")).json());
     let rmse: Vec<f64> = told.iter().map(|cell| cell["errors"][0][1].as_f64().unwrap()).collect();
     assert!(rmse[0] == 0.0 && 0.0 < rmse[1] && rmse[1] <= rmse[2], "{rmse:?}");
+    let csv = std::fs::read_to_string(desk.at("out/report.csv")).unwrap();
+    let mut rows = csv.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let head = rows.next().unwrap();
+    let column = head.iter().position(|name| *name == "\"coverage_difference\"").unwrap();
+    let covers: Vec<f64> = rows.map(|row| row[column].parse().unwrap()).collect();
+    assert!(covers[0] == 0.0 && covers[2] > 0.0, "outlines of 32 pixels differ: {covers:?}");
     assert!(told.iter().all(|cell| cell["runs"][0]["own_passes_ms"].is_null()));
     assert!(desk.at("out/detail.svg").is_file());
     desk.run(&format!("{line} --knob detail=1,65")).failed(&["detail", "64"]);
