@@ -12,6 +12,7 @@ use surfelshop_api::Scope;
 use surfelshop_pyramid::{Pyramid, PyramidError, RemakeOptions, RemakeSummary, Rule, remake};
 use surfelshop_runtime::tools::ToolOptions;
 use surfelshop_session::cpu_time::cpu_time;
+use surfelshop_session::input::budget::within_limits;
 use surfelshop_session::options::values;
 use surfelshop_session::output::files;
 use surfelshop_session::output::json::plain;
@@ -215,7 +216,7 @@ fn over(
         scope: step.unit.description.scope,
         what: &what,
         depends: &[&step.reference.path],
-        memory: arguments.memory,
+        memory: within_limits(arguments.memory),
         rule: Rule::Merged,
         progress: &tell,
     };

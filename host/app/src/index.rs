@@ -4,6 +4,7 @@ use crate::arguments::{IndexArguments, IndexStepChoice};
 use serde_json::json;
 use std::path::PathBuf;
 use surfelshop_pyramid::{IndexOptions, IndexShare, IndexStep, ShareSummary, index, index_share};
+use surfelshop_session::input::budget::within_limits;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::output::files;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -18,7 +19,8 @@ pub(crate) fn run(arguments: &IndexArguments) -> anyhow::Result<()> {
         several => format!("indexing {} files", several.len()),
     });
     let tell = |fraction| progress.tell(fraction);
-    let options = IndexOptions { read: formats.reading(&tell), memory: arguments.memory };
+    let options =
+        IndexOptions { read: formats.reading(&tell), memory: within_limits(arguments.memory) };
     if let Some(step) = arguments.step {
         let done =
             index_share(&arguments.inputs, &arguments.output, &options, share(step, arguments));

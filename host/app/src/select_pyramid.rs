@@ -8,6 +8,7 @@ use std::sync::Arc;
 use surfelshop_api::Scope;
 use surfelshop_cloud::selection::{EditLayer, HiddenOnes, LayerChange, RegionStep};
 use surfelshop_pyramid::{Pyramid, RemakeOptions, Rule, remake_leaves};
+use surfelshop_session::input::budget::within_limits;
 use surfelshop_session::input::layers;
 use surfelshop_session::input::led_tools::LedTools;
 use surfelshop_session::input::scenes::Source;
@@ -106,7 +107,7 @@ fn remade(
         scope: Scope::Surfel,
         what: &what,
         depends: &[],
-        memory: arguments.memory,
+        memory: within_limits(arguments.memory),
         rule: Rule::Merged,
         progress: &tell,
     };

@@ -73,6 +73,14 @@ pub fn ask_for_threads(bytes: u64) -> Result<(), OutOfMemory> {
     }
 }
 
+/// Of so many bytes what work on several threads can take where the process may have so many addresses only: the
+/// bytes themselves where it may have any number, and `least` at least.
+#[must_use]
+pub fn within_addresses(bytes: u64, least: u64) -> u64 {
+    let share = |left: u64| left.saturating_sub(ADDRESSES_BESIDES) / ADDRESSES_PER_BYTE;
+    addresses_left().map_or(bytes, |left| bytes.min(share(left).max(least)))
+}
+
 /// Addresses that the process may still take; `None` where it may have any number.
 fn addresses_left() -> Option<u64> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
@@ -172,6 +180,18 @@ mod tests {
         assert!(grow(&mut values, usize::MAX).is_err());
         grow(&mut values, 1).unwrap();
         assert!(values.capacity() > 3 && values == [0; 3]);
+    }
+
+    #[test]
+    fn work_takes_no_more_than_addresses_allow_and_the_least_at_least() {
+        let found = within_addresses(u64::MAX, 7);
+        let allowed = addresses_left().map(|left| left.saturating_sub(ADDRESSES_BESIDES) / 4);
+        // Other threads of the tests take addresses meanwhile.
+        assert!(
+            found >= 7 && allowed.is_none_or(|allowed| found <= allowed + (1 << 30)),
+            "{found}"
+        );
+        assert_eq!(within_addresses(5, 7), 5);
     }
 
     #[test]

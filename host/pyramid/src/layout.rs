@@ -337,8 +337,10 @@ impl Header {
         let is_within = |(offset, length, _): (u64, u64, u32)| {
             offset.checked_add(length).is_some_and(|end| end <= file)
         };
-        if !is_within(header.directory) || !is_within(header.nodes) {
-            return Err(damaged(&format!("its directory lies behind its end, byte {file}")));
+        for (part, what) in [(header.directory, "directory"), (header.nodes, "table of nodes")] {
+            if !is_within(part) {
+                return Err(damaged(&format!("its {what} reaches behind its end, byte {file}")));
+            }
         }
         if let Some(fault) = header_fault(header.n_nodes, header.directory.1) {
             return Err(damaged(&format!("it has {fault}")));

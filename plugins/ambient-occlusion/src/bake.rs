@@ -70,5 +70,6 @@ fn rays(
             true => 0.0,
             false => tracing.occlusion(place, budget).0,
         })?;
-    Ok((occlusion, format!("traced {} rays for each of {} surfels", settings.rays, surfels.len())))
+    let n = (0..surfels.len()).filter(|&place| !surfels.is_context(place)).count();
+    Ok((occlusion, format!("traced {} rays for each of {n} surfels", settings.rays)))
 }

@@ -26,7 +26,7 @@ const RELATIVE: f32 = 0.1;
 
 /// Where more than one of so many surfels is doubtful, the scene is open and all are traced: on two
 /// scans of buildings the others were off by 0.05, on closed bodies at most one in eight is doubtful.
-const OPEN: usize = 3;
+const OPEN: f64 = 3.0;
 
 /// Rays that each doubtful surfel gets.
 const LEAST_RAYS: u32 = 64;
@@ -45,8 +45,7 @@ fn gathering(surfels: &Surfels, settings: &Settings) -> f64 {
     let sample = passes::sample(surfels, settings);
     let n = sample.iter().filter(|(_, front, back)| is_doubtful(*front, *back)).count();
     let share = n as f64 / sample.len().max(1) as f64;
-    let (traced, passes) =
-        if OPEN * n > sample.len() { (1.0, 1) } else { (share, settings.passes) };
+    let (traced, passes) = if OPEN * share > 1.0 { (1.0, 1) } else { (share, settings.passes) };
     let gathered = PASS * f64::from(passes);
     gathered / (gathered + TRACED * traced)
 }
@@ -60,9 +59,21 @@ fn doubtful(surfels: &Surfels, first: &SkyCoverage) -> Vec<usize> {
     let asked: Vec<usize> =
         (0..surfels.len()).filter(|&place| !surfels.is_context(place)).collect();
     let differs = |&place: &usize| is_doubtful(first.front[place], first.back[place]);
-    let doubtful: Vec<usize> = asked.iter().copied().filter(differs).collect();
     // What is open casts wrong shadows on the rest, too.
-    if doubtful.len() > asked.len() / OPEN { asked } else { doubtful }
+    if is_open(surfels, first) { asked } else { asked.into_iter().filter(differs).collect() }
+}
+
+/// Whether so much of a scene is doubtful that it is open: of parts that are looked at one by one, as much of the area
+/// of all that is around them, so that a statue in an open square is traced, too.
+fn is_open(surfels: &Surfels, first: &SkyCoverage) -> bool {
+    let has_context = (0..surfels.len()).any(|place| surfels.is_context(place));
+    let (mut all, mut doubtful) = (0.0, 0.0);
+    for (place, &area) in surfels.areas.iter().enumerate() {
+        let weight = if has_context { f64::from(area) } else { 1.0 };
+        all += weight;
+        doubtful += if is_doubtful(first.front[place], first.back[place]) { weight } else { 0.0 };
+    }
+    OPEN * doubtful > all
 }
 
 pub(crate) fn find(

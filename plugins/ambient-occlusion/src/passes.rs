@@ -58,7 +58,9 @@ pub(crate) fn run(
     for i in 0..settings.passes {
         let start = share.start + f64::from(i) * step;
         job.progress(start, &format!("pass {} of {}", i + 1, settings.passes));
-        let is_last = i + 1 == settings.passes;
+        // What the first one finds of all skies tells the hybrid whether the scene is open.
+        let tells = i == 0 && settings.method == Method::Hybrid;
+        let is_last = i + 1 == settings.passes && !tells;
         let gathered = gather(surfels, settings, (&occlusion, is_last), start..start + step, job)?;
         let cast = match settings.cast_from {
             Side::Back => &gathered.back,

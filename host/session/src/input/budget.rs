@@ -13,6 +13,16 @@ const USUAL_MEMORY: u64 = 4 << 30;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget(pub u64);
 
+/// Least memory that work on a pyramid takes, bytes: less holds no part that could be worked on.
+pub const LEAST_MEMORY: u64 = 64_000_000;
+
+/// Of this memory what a limit of the process's addresses (`ulimit -v`) leaves for work on a pyramid, bytes: where
+/// that is little, [`LEAST_MEMORY`].
+#[must_use]
+pub fn within_limits(bytes: u64) -> u64 {
+    memory::within_addresses(bytes, LEAST_MEMORY)
+}
+
 /// What was typed for all pyramids of this run.
 static TYPED: OnceLock<u64> = OnceLock::new();
 
@@ -25,9 +35,9 @@ pub fn use_memory(bytes: Option<u64>) {
 }
 
 impl Default for Budget {
-    /// As typed, else half of what is free.
+    /// As typed, else half of what is free; less where the process may have so many addresses only.
     fn default() -> Self {
-        let free = || memory::available().unwrap_or(USUAL_MEMORY) / 2;
+        let free = || within_limits(memory::available().unwrap_or(USUAL_MEMORY) / 2);
         Self(TYPED.get().copied().unwrap_or_else(free))
     }
 }

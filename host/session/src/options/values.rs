@@ -1,5 +1,6 @@
 //! Values of options as they are typed: each reader says what it expected.
 
+use crate::input::budget::LEAST_MEMORY;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -90,13 +91,10 @@ pub fn pyramid_file(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Least memory that can be asked for, bytes: less holds no part that could be worked on.
-const LEAST_MEMORY: f64 = 64e6;
-
 /// Reads a size of memory, such as `500MB`, `4GB` or `2GiB`; bytes.
 pub fn memory(text: &str) -> Result<u64, String> {
     let expected = || format!("expected a size from 64MB on, such as 500MB or 4GB, found {text}");
-    size_in_bytes(text).filter(|bytes| *bytes >= LEAST_MEMORY as u64).ok_or_else(expected)
+    size_in_bytes(text).filter(|bytes| *bytes >= LEAST_MEMORY).ok_or_else(expected)
 }
 
 /// Reads the size of a file, such as `500kB` or `10MB`; bytes.

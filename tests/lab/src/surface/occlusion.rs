@@ -4,6 +4,7 @@
 //! once; of some, evenly spread over their order, rays against all discs tell the occlusion.
 
 use anyhow::{Context as _, anyhow};
+use glam::DVec3;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -49,23 +50,31 @@ pub(super) fn run(arguments: &[String]) -> anyhow::Result<()> {
     for file in files {
         let pyramid = Pyramid::open(file)?;
         let leaves = (0..).zip(pyramid.nodes()).filter(|(_, node)| node.is_leaf());
-        let (mut n, mut squares, mut sum, mut worst) = (0u32, 0.0, 0.0, 0f64);
+        let mut found: Vec<(f64, DVec3)> = Vec::new();
         for (number, _) in leaves {
             let leaf = pyramid.read(number)?;
             for (i, &ao) in leaf.floats("ao", 1).iter().enumerate() {
                 let Some(&known) = truth.get(&key(&leaf, i)) else { continue };
-                let off = f64::from(ao) - f64::from(known);
-                (n, squares, sum) = (n + 1, squares + off * off, sum + off);
-                worst = worst.max(off.abs());
+                let at = leaf.world_position(i).unwrap_or_default();
+                found.push((f64::from(ao) - f64::from(known), at));
             }
         }
-        let n = f64::from(n.max(1));
+        found.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+        let rmse = |of: &[(f64, DVec3)]| {
+            (of.iter().map(|(off, _)| off * off).sum::<f64>() / of.len().max(1) as f64).sqrt()
+        };
+        let mean = found.iter().map(|(off, _)| off).sum::<f64>() / found.len().max(1) as f64;
+        let others = found.get(found.len() / 200..).unwrap_or_default();
         println!(
-            "{}: {n} surfels, RMSE {:.5}, mean {:+.5}, at worst {worst:.3}",
+            "{}: {} surfels, RMSE {:.5}, without the worst in 200 {:.5}, mean {mean:+.5}",
             file.display(),
-            (squares / n).sqrt(),
-            sum / n
+            found.len(),
+            rmse(&found),
+            rmse(others),
         );
+        for (off, at) in found.iter().take(5) {
+            println!("  {off:+.3} at {at:.3}");
+        }
     }
     Ok(())
 }
